@@ -45,7 +45,7 @@ class Path:
     """Poses that the controller reports (without noise) and true poses at any time."""
 
     def __init__(self, cell: Cell, move: motion.Motion, recipe: Recipe) -> None:
-        """Remember cell and path; poses are computed when they are asked for."""
+        """Remember cell and path; poses are computed on demand."""
         self.cell, self.move, self.recipe = cell, move, recipe
         self._back = cell.tool_from_camera[0].T
 
@@ -172,7 +172,7 @@ def _detected(
 
 
 def _noise(rng: np.random.Generator, recipe: Recipe, n: int) -> Floats:
-    """White noise of unit spread, heavy-tailed or with a slow part where the recipe says so."""
+    """White noise of unit spread, heavy-tailed or with a slow part if the recipe states it."""
     if recipe.student_dof:
         scale = np.sqrt((recipe.student_dof - 2) / recipe.student_dof)
         noise = rng.standard_t(recipe.student_dof, (n, 2)) * scale
@@ -255,6 +255,6 @@ def _offset_interval(recipe: Recipe, feature_late: Floats, robot_late: Floats) -
         if len(feature_late) and len(robot_late):
             ends.append(base + float(f(feature_late)) - float(f(robot_late)))
     spread = abs(recipe.feature_clock.step_s) / 2 + recipe.exposure_wander_s / 2
-    # A polled pose is up to a period older than its row says.
+    # A polled pose is up to a period older than its stamp.
     stale = 1 / recipe.robot_hz if recipe.polled_hz else 0.0
     return min(ends) - spread - stale, max(ends) + spread + recipe.lag_s

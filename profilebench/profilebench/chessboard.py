@@ -58,7 +58,7 @@ def sightings(pictures: list[Path], about: dict[str, Any]) -> tuple[Sensor, dict
 
 
 def _turned(image: Any, corners: Any, columns: int) -> Any:
-    """The corners in the order whose first square is black: only its colours tell the board's two ends apart."""
+    """The corners in the order whose first square is black: only its colours distinguish the board's two ends."""
     grid = corners.reshape(-1, columns, 2)
     middles = (grid[:-1, :-1] + grid[1:, 1:]) / 2
     grays = np.array([[image[int(round(y)), int(round(x))] for x, y in row] for row in middles], float)

@@ -41,7 +41,7 @@ class Judged:
     nees: float | None = None
     """Divided by its 7 degrees of freedom: 1 on average if the covariance is right."""
     covered: tuple[int, int] = (0, 0)
-    """Components within their 95 % interval, of so many stated."""
+    """Components within their 95 % interval, and the number of stated ones."""
     run_time_s: float | None = None
 
     @property

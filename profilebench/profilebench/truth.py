@@ -25,7 +25,7 @@ GOOD_BOUND_MM = 0.08
 GOOD_OUTLIERS = 0.25
 """… if fewer of its readings than this are outliers."""
 REPEATING = ("weave",)
-"""Motions that repeat themselves, so that an offset of a period is as good: no answer is asked for."""
+"""Motions that repeat themselves: an offset of a period fits as well, so no answer is expected."""
 LEAST_NOISE_MM = 1e-5
 """Noise that a scan without any counts as having."""
 PIVOT_DEG = 25.0

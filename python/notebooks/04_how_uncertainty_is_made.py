@@ -30,7 +30,7 @@ together = np.sqrt(sum(part**2 for part in budget.values()))
 assert abs(together - result.seam_error_mm) < 1e-6 * result.seam_error_mm
 
 # %% [markdown]
-# `sigma` holds all of it, `sigma_noise` the random part, which a longer scan makes smaller. `covariance` tells what goes together.
+# `sigma` holds all of it, `sigma_noise` the random part, which a longer scan makes smaller. `covariance` contains the correlations.
 
 # %%
 print("all:      ", result.sigma.translation_m * 1e3, "mm")
@@ -41,7 +41,7 @@ result.plot_covariance()
 
 # %% [markdown]
 # ## Are the ± true?
-# Forty simulated cells, each drawn anew, with a perfect sensor and robot: only the random part of the ± is asked for. If the covariance
+# Forty simulated cells, each drawn anew, with a perfect sensor and robot: only the random part of the ± is compared. If the covariance
 # is true, errorᵀ·covariance⁻¹·error over its seven numbers is one on average.
 
 # %%

@@ -203,7 +203,7 @@ fn check_held(config: &Config) -> Result<(), Failure> {
         () => return Ok(()),
     };
     Err(Failure::new(
-        format!("fixed_sigma: speaks of the {missing}, which is not held"),
+        format!("fixed_sigma: names the {missing}, which is not held fixed"),
         format!("add fix=[\"{missing}\"]"),
     ))
 }

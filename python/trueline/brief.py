@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 MOST_NUMBERS = 16
-"""An array of so many numbers, a 4×4 matrix, is written out; of a longer one only its shape."""
+"""An array of at most this size, a 4×4 matrix, is written out; of a longer one only its shape."""
 MOST_ITEMS = 4
 MOST_CHARACTERS = 60
 

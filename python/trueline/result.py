@@ -149,7 +149,7 @@ class Result:
 
     @property
     def rivals(self) -> list[dict[str, Any]]:
-        """Answers that the scan does not tell from this one."""
+        """Answers that the scan cannot separate from this one."""
         rivals: list[dict[str, Any]] = self.document.get("rivals", [])
         return rivals
 
@@ -246,7 +246,7 @@ class Result:
     def _repr_html_(self) -> str:
         if self._made_from is None:
             return f"<pre>{html.escape(self.summary())}</pre>"
-        # Notebooks keep what they show: the charts are left to who asks for them.
+        # Notebooks store their output, so charts are drawn on request only.
         return framed(self._made_from.brief_html(), "600px") + "<p>With all charts: <code>.report()</code></p>"
 
     def _calibration(self, what: str) -> _trueline.Calibration:

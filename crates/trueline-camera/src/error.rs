@@ -23,7 +23,7 @@ pub enum CameraError {
         silent_s: f64,
     },
     /// An unexpected pixel format.
-    #[error("pictures are wanted as {wanted}, the camera offers {offered}")]
+    #[error("pictures are required as {wanted}, the camera offers {offered}")]
     Format {
         /// The wanted value.
         wanted: String,

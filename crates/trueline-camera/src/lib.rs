@@ -9,7 +9,7 @@
 //! ```
 //! use trueline_camera::{LatchMap, LatchSample};
 //!
-//! // A camera is asked for its time every second; its clock began at 5 s and runs 100 ppm fast.
+//! // A camera reports its time every second; its clock began at 5 s and runs 100 ppm fast.
 //! let samples: Vec<LatchSample> = (0..20_i64)
 //!     .map(|k| {
 //!         let middle_ns = 1_000_000_000 * (k + 1);

@@ -141,7 +141,7 @@ fn what_the_camera_cannot_do_is_said_with_what_it_can() {
         refused(with(&settings, CameraSetup { pixel: Some(PixelFormat::MONO_10), ..CameraSetup::default() }));
     assert_eq!(
         error.to_string(),
-        "pictures are wanted as Mono10, the camera offers Mono8, Mono12, Mono10p, Mono12p, Mono10Packed, Mono12Packed, Mono16"
+        "pictures are required as Mono10, the camera offers Mono8, Mono12, Mono10p, Mono12p, Mono10Packed, Mono12Packed, Mono16"
     );
     let error = refused(with(&settings, CameraSetup { width: Some(4000), ..CameraSetup::default() }));
     assert!(matches!(&error, CameraError::Feature { name, .. } if name == "Width"), "{error}");

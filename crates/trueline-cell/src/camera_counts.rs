@@ -20,7 +20,7 @@ pub struct CameraCounts {
     pub no_return: u64,
     /// Columns of profiles.
     pub columns: u64,
-    /// How often the camera's clock was set.
+    /// Number of settings of the camera's clock.
     pub clock_set: u64,
     /// How often it went away; it was waited for and taken up again.
     pub interruptions: u64,

@@ -13,7 +13,7 @@ use trueline_vision::Joint;
 /// Time for which a camera that does not answer is searched: it may just be waking up.
 const PATIENCE: Duration = Duration::from_secs(8);
 
-/// Which camera.
+/// The camera.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraChoice {
     /// A GigE Vision camera, and its settings.
@@ -31,7 +31,7 @@ pub enum CameraChoice {
 /// How a camera is recorded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraSettings {
-    /// Which camera.
+    /// The camera.
     pub choice: CameraChoice,
     /// Which stamp of a picture calibration uses.
     pub stamp: StampChoice,

@@ -41,7 +41,7 @@ pub enum CellError {
         joint: Joint,
     },
     /// The camera has no clock that can be read.
-    #[error("{name} cannot be asked for its time")]
+    #[error("{name} cannot report its time")]
     NoCameraClock {
         /// The camera.
         name: String,

@@ -33,7 +33,7 @@ pub struct EndedScan {
     pub guidance: io::Result<Outcome>,
     /// Whether the operator requested its end.
     pub was_asked: bool,
-    /// How long answers took.
+    /// Delays of the answers.
     pub replies: ReplyTimes,
     /// The recording, still to be finished.
     pub recording: CellRecording,

@@ -17,8 +17,8 @@ struct Seen {
 }
 
 impl InputWatch {
-    /// What changed with a packet; nothing with the first of a session, with one that was overtaken by newer ones, and with robots
-    /// that do not tell their inputs.
+    /// Change of the inputs with a packet. `None` with the first packet of a session, with a packet that newer ones overtook, and
+    /// with robots that do not report their inputs.
     pub(crate) fn change(&mut self, packet: &RobotPacket<'_>) -> Option<InputsEntry> {
         let (RobotPose { device_ns, inputs, .. }, status) = packet.judged.ok()?;
         match status {

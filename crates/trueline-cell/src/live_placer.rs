@@ -17,7 +17,7 @@ enum Readings {
     Camera([f64; 3]),
 }
 
-/// What a frame is of.
+/// Kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlacedKind {
     /// A whole profile.
@@ -29,7 +29,7 @@ pub enum PlacedKind {
 /// Points of a frame in base; those that cannot be placed are left out.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedPoints<'a> {
-    /// What they are.
+    /// Kind of the points.
     pub kind: PlacedKind,
     /// When the frame was exposed, ns by the clock of the poses.
     pub exposed_ns: i64,
@@ -59,7 +59,7 @@ pub struct LivePlacer {
 }
 
 impl LivePlacer {
-    /// The news that a trouble is over.
+    /// The message that a trouble is over.
     pub const AGAIN: &'static str = "frames are placed again";
 
     /// With a calibration.
@@ -162,7 +162,7 @@ impl LivePlacer {
                     sigma_m: &self.sigma_m,
                 });
             }
-            // At the start, which is no news.
+            // At the start, which needs no message.
             Err(PlaceError::Unsettled { .. } | PlaceError::FramesUnsettled) => {}
             Err(error) => self.refuse(format!("a frame is not placed: {error}")),
         }

@@ -1,4 +1,4 @@
-//! DDS as ROS 2 uses it: names, and messages as the bytes that they are.
+//! DDS as ROS 2 uses it: names, and messages as raw bytes.
 
 use rustdds::dds::adapters::no_key::{Decode, DefaultDecoder, DeserializerAdapter};
 use rustdds::no_key::SimpleDataReader;
@@ -12,19 +12,19 @@ use std::sync::Arc;
 use std::task::Wake;
 use std::thread::Thread;
 
-/// Domains above take ports that the system uses for itself.
+/// Ports of higher domains belong to the operating system.
 const LARGEST_DOMAIN: u16 = 232;
 
-/// A writer is waited for so long before it may drop a message.
+/// Time that a writer waits before it may drop a message.
 pub(crate) const PATIENCE: rustdds::Duration = rustdds::Duration::from_millis(100);
 
-/// A reader of messages as they came.
+/// A reader of raw messages.
 pub(crate) type Reader = SimpleDataReader<Vec<u8>, AsItCame>;
 
-/// This program in a domain, on one network alone.
+/// This program in a domain, on a single network.
 ///
 /// # Errors
-/// A domain that DDS does not have, and what the operating system says.
+/// A domain that DDS does not have, or an error of the operating system.
 pub(crate) fn participant(domain: u16, network: IpAddr) -> io::Result<DomainParticipant> {
     if domain > LARGEST_DOMAIN {
         return Err(io::Error::other(format!("ROS_DOMAIN_ID is 0 to {LARGEST_DOMAIN}")));
@@ -49,7 +49,7 @@ pub(crate) fn reader(
     subscriber.create_simple_datareader_no_key(&dds, Some(qos.clone())).map_err(other)
 }
 
-/// What DDS says.
+/// Wraps an error of DDS.
 pub(crate) fn other(error: impl std::fmt::Display) -> io::Error {
     io::Error::other(error.to_string())
 }
@@ -69,7 +69,7 @@ impl Wake for Unpark {
     }
 }
 
-/// A message's bytes with the head that says how they are written, as a bag holds them.
+/// A message's bytes with the header that states their encoding, as in a bag.
 pub(crate) struct AsItCame;
 
 impl DeserializerAdapter<Vec<u8>> for AsItCame {

@@ -11,7 +11,7 @@ pub(crate) struct Time {
 }
 
 impl Time {
-    /// Of nanoseconds since 1970; ROS knows the years 1901 to 2038.
+    /// From nanoseconds since 1970; ROS represents the years 1901 to 2038.
     pub(crate) fn of(ns: i64) -> Self {
         let sec = ns.div_euclid(1_000_000_000).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
         Self { sec: sec as i32, nanosec: ns.rem_euclid(1_000_000_000) as u32 }
@@ -131,7 +131,7 @@ struct KeyValue {
     value: String,
 }
 
-/// How grave a diagnosis is, by the numbers of `diagnostic_msgs/msg/DiagnosticStatus`.
+/// Severity of a diagnosis, by the numbers of `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Level {
     Ok = 0,

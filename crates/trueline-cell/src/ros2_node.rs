@@ -1,7 +1,7 @@
 //! A node of ROS 2: poses and profiles in, points in base out, each at its true exposure.
 //!
-//! The node is made by `ros2-client`, so that `ros2 node list` shows it; what it listens to is read by [`Ros2Source`] and as raw bytes. All
-//! stamps are those in the headers, as they are where a bag was calibrated.
+//! `ros2-client` makes the node, so that `ros2 node list` shows it. Its inputs are read by [`Ros2Source`] and as raw bytes. All
+//! stamps are those in the headers, as in the bag of the calibration.
 
 use crate::live_placer::{LivePlacer, PlacedPoints};
 use crate::ros2_dds::{Reader, Unpark, other, participant, reader};
@@ -25,19 +25,19 @@ use trueline_live::robot_source::RobotSource;
 use trueline_mcap::message::{decode, kind};
 use trueline_mcap::{Content, Kind, ProfileEntry};
 
-/// Between looks at the profiles.
+/// Interval between checks for profiles.
 const LOOK: Duration = Duration::from_millis(2);
-/// Between diagnoses.
+/// Interval between diagnoses.
 const DIAGNOSE_EVERY: Duration = Duration::from_secs(1);
-/// Poses that are silent for so long have ended.
+/// Silence after which poses have ended.
 const SILENCE: Duration = Duration::from_secs(1);
 
-/// What a node listens to, and how it is called.
+/// Inputs and names of a node.
 #[derive(Clone, Debug)]
 pub struct Ros2NodeSettings {
-    /// The node's name, which is before its topics as well.
+    /// The node's name, and the prefix of its topics.
     pub name: String,
-    /// Where the robot is; domain and network are the node's.
+    /// Topic of the robot's poses; domain and network are the node's.
     pub poses: Ros2Topic,
     /// The topic of profiles.
     pub profiles: String,
@@ -47,28 +47,28 @@ pub struct Ros2NodeSettings {
     pub frames: [String; 3],
 }
 
-/// What a node places with.
+/// The calibration in use by a node.
 pub struct Placing {
-    /// Places.
+    /// Placer of the points.
     pub placer: LivePlacer,
-    /// Where the sensor is on the tool; `None` of a sensor that stands beside the robot.
+    /// Pose of the sensor on the tool; `None` for a sensor beside the robot.
     pub tool_from_sensor: Option<Pose>,
 }
 
-/// Messages so far.
+/// Number of messages so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ros2NodeCounts {
     /// Poses.
     pub poses: u64,
     /// Profiles.
     pub profiles: u64,
-    /// Profiles of which points were published in base.
+    /// Profiles whose points were published in base.
     pub placed: u64,
-    /// Messages that are not what they should be.
+    /// Messages that cannot be decoded.
     pub unreadable: u64,
 }
 
-/// A node that is known in its domain.
+/// A node that is registered in its domain.
 pub struct Ros2Node {
     settings: Ros2NodeSettings,
     placing: Placing,
@@ -91,14 +91,15 @@ struct Publishers {
 }
 
 impl Ros2Node {
-    /// Makes the node known, and publishes where the sensor is.
+    /// Registers the node, and publishes the pose of the sensor.
     ///
     /// # Errors
-    /// Topics that hold something else, a domain that DDS does not have, a name that ROS does not allow, and what the operating system says.
+    /// Topics of another type, a domain that DDS does not have, a name that ROS does not allow, or an error of the operating
+    /// system.
     pub fn open(settings: Ros2NodeSettings, placing: Placing) -> io::Result<Self> {
         if kind(&settings.profiles_type, "cdr") != Kind::Profile {
-            let hint = "PointCloud2 and LaserScan hold one";
-            return Err(io::Error::other(format!("{} holds no profile: {hint}", settings.profiles_type)));
+            let hint = "use PointCloud2 or LaserScan";
+            return Err(io::Error::other(format!("{} contains no profile: {hint}", settings.profiles_type)));
         }
         let clock = HostClock::start();
         let participant = participant(settings.poses.domain, settings.poses.network)?;
@@ -123,7 +124,7 @@ impl Ros2Node {
         };
         let spin = node.spinner().map_err(other)?.spin();
         let spinner = thread::Builder::new().name("ros2-node".to_owned()).spawn(move || {
-            // What it says at its end is that there is no node any more.
+            // At its end it only reports that the node is gone.
             let _ended = wait_for(spin);
         })?;
         let qos = QosPolicyBuilder::new().reliability(Reliability::BestEffort).build();
@@ -152,16 +153,16 @@ impl Ros2Node {
         self.counts
     }
 
-    /// Places with another calibration from now on.
+    /// Uses another calibration from now on.
     pub fn place_with(&mut self, placing: Placing) {
         self.placing = placing;
         self.tell_sensor();
     }
 
-    /// Places what comes for so long. Whatever happened that a user should know is handed to `tell`.
+    /// Places profiles for a duration. `tell` receives every event that concerns the user.
     ///
     /// # Errors
-    /// A tree of transforms that contradicts itself, and what DDS says.
+    /// A contradictory tree of transforms, or an error of DDS.
     pub fn run_for(&mut self, time: Duration, tell: &mut dyn FnMut(&str)) -> io::Result<()> {
         let until = Instant::now() + time;
         let mut diagnosed = Instant::now();
@@ -206,7 +207,7 @@ impl Ros2Node {
             let exposed = Time::of(placing.placer.exposed_ns(profile.stamp_ns));
             let header = Header { stamp: exposed, frame_id: settings.frames[2].clone() };
             let points = profile.points.iter().map(|[x_m, z_m]| [*x_m, 0.0, *z_m]);
-            // As with the points in base.
+            // A lost message does no harm, as for the points in base.
             let _sent = out.profile.publish(PointCloud2::of(header, ["x", "y", "z"], points));
             let columns = profile.points.into_iter().map(Some).collect();
             let profile = ProfileEntry { profile: counts.profiles, stamp_ns: profile.stamp_ns, columns };
@@ -219,7 +220,7 @@ impl Ros2Node {
         let Some(tool_from_sensor) = &self.placing.tool_from_sensor else { return };
         let [_, tool, sensor] = &self.settings.frames;
         let header = self.header(tool);
-        // One that is not sent is sent with the next calibration; the queue of this topic is never full.
+        // A lost transform is sent again with the next calibration; the queue of this topic is never full.
         let _sent = self.out.transform.publish(TfMessage::of(header, sensor, tool_from_sensor));
     }
 
@@ -230,7 +231,7 @@ impl Ros2Node {
     fn diagnose(&self) {
         let silent = self.last_pose.map(|at| at.elapsed());
         let (level, message) = match (silent, &self.trouble) {
-            (None, _) => (Level::Stale, "no pose has come".to_owned()),
+            (None, _) => (Level::Stale, "no pose received".to_owned()),
             (Some(silent), _) if silent > SILENCE => {
                 (Level::Stale, format!("no pose for {:.1} s", silent.as_secs_f64()))
             }
@@ -246,7 +247,7 @@ impl Ros2Node {
         ];
         let name = format!("{}: points in base", self.settings.name);
         let array = DiagnosticArray::of(self.header(""), &name, level, message, &values);
-        // Nobody may listen.
+        // There may be no subscriber.
         let _sent = self.out.diagnostics.publish(array);
     }
 }
@@ -268,7 +269,7 @@ fn publish(
 ) {
     counts.placed += 1;
     let header = Header { stamp: Time::of(points.exposed_ns), frame_id: settings.frames[0].clone() };
-    // Where nobody listens, or somebody stalls, the next cloud is worth more than this one.
+    // Without a subscriber, or with a slow one, the next cloud is more useful than this one.
     let numbers = points.in_base_m.iter().zip(points.sigma_m).map(|([x, y, z], sigma)| [*x, *y, *z, *sigma]);
     let _sent = out.cloud.publish(PointCloud2::of(header, ["x", "y", "z", "sigma"], numbers));
 }

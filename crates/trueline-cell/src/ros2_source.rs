@@ -1,9 +1,9 @@
-//! A robot with a driver that publishes poses in ROS 2: a topic is read over DDS, without any ROS on this PC.
+//! A robot whose driver publishes poses in ROS 2: reads a topic over DDS, without any ROS on this PC.
 //!
-//! DDS is done by `rustdds`, which is made for it and needs no system library. Names are the DDS names of ROS 2: a topic
-//! `/pose` is `rt/pose`, a message `package/msg/Name` has the type `package::msg::dds_::Name_`. The reader accepts writers
-//! of any reliability, and requests nothing again: a late pose is worthless. From transforms (`/tf`) the pose of one frame
-//! in another is composed. Static ones (`/tf_static`) are requested, as they were published before.
+//! DDS is implemented by `rustdds`, which needs no system library. Names are the DDS names of ROS 2: a topic `/pose` is
+//! `rt/pose`, a message `package/msg/Name` has the type `package::msg::dds_::Name_`. The reader accepts writers of any
+//! reliability, and requests no repetition: a late pose is worthless. From transforms (`/tf`) the pose of one frame in another is
+//! composed. Static ones (`/tf_static`) are requested, because they were published earlier.
 
 use crate::frame_tree::{FrameTree, TreeError};
 use crate::ros2_dds::{PATIENCE, Reader, Unpark, other, participant, reader};
@@ -25,21 +25,21 @@ use trueline_live::{HostClock, SequenceStatus};
 use trueline_mcap::Content;
 use trueline_mcap::message::{JointStates, Kind, decode, kind};
 
-/// Which topic, and where.
+/// A topic, its message and its network.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ros2Topic {
     /// Name of the topic in ROS, with or without its slash.
     pub topic: String,
-    /// Type of its messages, `package/msg/Name`: one that holds one pose, or transforms.
+    /// Type of its messages, `package/msg/Name`: one with a single pose, transforms, or joint states.
     pub message: String,
-    /// The frame of the robot's base and that of the tool: of transforms, and of joints where the URDF has more than one chain.
+    /// Frames of the robot's base and of the tool: for transforms, and for joints if the URDF has more than one chain.
     pub frames: Option<[String; 2]>,
-    /// Of joint states: the text of the robot's URDF.
+    /// Text of the robot's URDF, for joint states.
     pub urdf: Option<String>,
     /// ROS_DOMAIN_ID of the driver.
     pub domain: u16,
-    /// Address of this PC on the robot's network; 127.0.0.1 for a driver on this PC. Other networks are neither asked nor told
-    /// of, although the library's sockets are open to all.
+    /// Address of this PC on the robot's network; 127.0.0.1 for a driver on this PC. Other networks get no messages, although the
+    /// library's sockets are open to all.
     pub network: IpAddr,
 }
 
@@ -54,7 +54,7 @@ struct Transforms {
     refused: Option<TreeError>,
 }
 
-/// A topic that is listened to.
+/// Source of poses from a topic.
 pub struct Ros2Source {
     topic: Ros2Topic,
     clock: HostClock,
@@ -66,23 +66,23 @@ pub struct Ros2Source {
     unstamped: bool,
     arm: Option<Chain>,
     transforms: Option<Transforms>,
-    /// This program in the domain.
+    /// Identifier of this program in the domain.
     own: GUID,
-    // The last field: it ends when no reader is left.
+    // The last field: it is dropped when no reader is left.
     _participant: DomainParticipant,
 }
 
 impl Ros2Source {
-    /// Asks the network for the topic.
+    /// Subscribes to the topic.
     ///
     /// # Errors
-    /// A message without a single pose; a domain that DDS does not have; error of the operating system.
+    /// A message without a single pose; a domain that DDS does not have; an error of the operating system.
     pub fn open(topic: Ros2Topic, clock: HostClock) -> io::Result<Self> {
         let participant = participant(topic.domain, topic.network)?;
         Self::of(&participant, topic, clock)
     }
 
-    /// The same, by a participant that has other topics too.
+    /// The same, with a participant that has other topics too.
     pub(crate) fn of(
         participant: &DomainParticipant,
         topic: Ros2Topic,
@@ -93,21 +93,18 @@ impl Ros2Source {
             (Kind::JointStates, _) if topic.urdf.is_some() => {}
             (Kind::JointStates, _) => {
                 let hint = "name the robot's URDF";
-                return Err(io::Error::other(format!("{} holds angles of joints: {hint}", topic.message)));
+                return Err(io::Error::other(format!("{} contains joint angles: {hint}", topic.message)));
             }
             (Kind::Transforms, None) => {
                 let hint = "name the frames of the base and of the tool";
-                return Err(io::Error::other(format!("{} holds many frames: {hint}", topic.message)));
+                return Err(io::Error::other(format!("{} contains several frames: {hint}", topic.message)));
             }
             (Kind::Pose, Some(_)) => {
                 return Err(io::Error::other(format!("{} states its frame itself", topic.message)));
             }
             _ => {
-                let hint = "PoseStamped, PoseWithCovarianceStamped and Odometry hold one, TFMessage holds transforms, JointState angles";
-                return Err(io::Error::other(format!(
-                    "{} holds no pose of one thing: {hint}",
-                    topic.message
-                )));
+                let hint = "use PoseStamped, PoseWithCovarianceStamped, Odometry, TFMessage or JointState";
+                return Err(io::Error::other(format!("{} contains no single pose: {hint}", topic.message)));
             }
         }
         let qos = QosPolicyBuilder::new().reliability(Reliability::BestEffort).build();
@@ -141,7 +138,7 @@ impl Ros2Source {
         })
     }
 
-    /// Everything that is there; how much that was.
+    /// Takes all waiting messages; returns their number.
     fn take(&mut self, each: &mut dyn FnMut(&RobotPacket<'_>)) -> Result<usize, SourceError> {
         if self.transforms.is_some() {
             return self.take_transforms(each);
@@ -178,7 +175,7 @@ impl Ros2Source {
         }
     }
 
-    /// Of transforms the static ones first: poses of the moving ones stand on them.
+    /// Takes static transforms first, because the poses of the moving ones depend on them.
     fn take_transforms(&mut self, each: &mut dyn FnMut(&RobotPacket<'_>)) -> Result<usize, SourceError> {
         let (address, message) = (self.address(), self.topic.message.clone());
         let Self { reader, transforms: Some(transforms), clock, waker, own, .. } = self else {
@@ -192,7 +189,7 @@ impl Ros2Source {
             loop {
                 let taken = reader.try_take_one().map_err(|error| unheard(address, error))?;
                 let Some(change) = taken else { break };
-                // The node's own: another calibration is not another robot.
+                // The node's own transform: another calibration is not another robot.
                 if change.writer_guid.prefix == own.prefix {
                     continue;
                 }
@@ -204,7 +201,7 @@ impl Ros2Source {
                 };
                 count += 1;
                 let Ok(Content::Transforms(list)) = decode(&message, "cdr", bytes) else {
-                    tell(arrival, Err(PacketError::Text("not such a message, or an invalid transform")));
+                    tell(arrival, Err(PacketError::Text("another type of message, or an invalid transform")));
                     continue;
                 };
                 if !is_static && list.iter().any(|transform| transform.stamp_ns == 0) {
@@ -216,10 +213,10 @@ impl Ros2Source {
                     SourceError::Refused { address, why: error.to_string() }
                 })?;
                 if new.poses.is_empty() {
-                    tell(arrival, Err(PacketError::NotNeeded("transforms that make no new pose")));
+                    tell(arrival, Err(PacketError::NotNeeded("transforms without a new pose")));
                 }
                 for (stamp_ns, base_from_tool) in new.poses {
-                    // Poses that became known at once came one after the other: no two have one stamp.
+                    // Poses that became known together get different stamps, in their order.
                     arrival.steady_ns += 1;
                     let is_first = *sequence == 0 || new.began_anew;
                     *sequence = sequence.wrapping_add(1);
@@ -241,7 +238,7 @@ impl Ros2Source {
         Ok(count)
     }
 
-    /// Place of a message: writers count theirs one by one.
+    /// Status of a message: each writer numbers its own.
     fn place(&mut self, writer: GUID, number: i64) -> SequenceStatus {
         let last = self.last.replace((writer, number));
         match last.filter(|(before, _)| *before == writer) {
@@ -257,7 +254,7 @@ impl Ros2Source {
         }
     }
 
-    /// The driver's stamp, ns, and the pose; where the driver does not stamp, when it published.
+    /// The driver's stamp, ns, and the pose; without a driver's stamp, the time of the publication.
     fn pose(&mut self, bytes: &[u8], sent_ns: Option<i64>) -> Result<(i64, Pose), PacketError> {
         let content = decode(&self.topic.message, "cdr", bytes);
         let (stamp_ns, pose) = match (content, &self.arm) {
@@ -266,12 +263,12 @@ impl Ros2Source {
                 (stamped.stamp_ns, stamped.pose)
             }
             (Ok(Content::JointStates(states)), Some(arm)) => (states.stamp_ns, of_joints(arm, &states)?),
-            _ => return Err(PacketError::Text("not such a message, or an invalid pose")),
+            _ => return Err(PacketError::Text("another type of message, or an invalid pose")),
         };
         self.unstamped |= stamp_ns == 0;
         let stamp_ns = if stamp_ns == 0 { sent_ns } else { Some(stamp_ns) };
         let stamp_ns =
-            stamp_ns.ok_or(PacketError::Text("neither a stamp in it nor one of its publication"))?;
+            stamp_ns.ok_or(PacketError::Text("no stamp in the message, and no time of its publication"))?;
         Ok((stamp_ns, pose))
     }
 
@@ -287,7 +284,7 @@ impl RobotSource for Ros2Source {
         each: &mut dyn FnMut(&RobotPacket<'_>),
     ) -> Result<(), SourceError> {
         let until = Instant::now() + timeout;
-        // It may have been opened by another thread.
+        // Another thread may have opened it.
         self.waker = Waker::from(Arc::new(Unpark(thread::current())));
         while self.take(each)? == 0 {
             let left = until.saturating_duration_since(Instant::now());
@@ -309,7 +306,10 @@ impl RobotSource for Ros2Source {
             notes.extend(transforms.refused.as_ref().map(ToString::to_string));
         }
         if self.writers > 1 {
-            notes.push(format!("{} times another publisher spoke: one robot has one", self.writers - 1));
+            notes.push(format!(
+                "the publisher changed {} time(s): a robot must have one publisher",
+                self.writers - 1
+            ));
         }
         if self.unstamped {
             notes.push(
@@ -335,7 +335,7 @@ fn arrived(clock: &HostClock) -> Arrival {
     Arrival { steady_ns: read.steady_ns, is_of_reading: false, kernel_wall_ns: None, read }
 }
 
-/// What DDS says of a topic.
+/// Wraps an error of DDS about a topic.
 fn unheard(address: SocketAddr, error: impl ToString) -> SourceError {
     SourceError::Refused { address, why: error.to_string() }
 }
@@ -345,7 +345,7 @@ fn arm(urdf: &str, frames: Option<&[String; 2]>) -> io::Result<Chain> {
     Chain::of(urdf, base, tool).map_err(other)
 }
 
-/// Where the tool is at the joints' positions. Of the fingers of a gripper there may be messages of their own.
+/// Pose of the tool at the joints' positions. A gripper's fingers may have messages of their own.
 fn of_joints(arm: &Chain, states: &JointStates) -> Result<Pose, PacketError> {
     let position = |name: &str| {
         let known = states.names.iter().zip(&states.positions).find(|(known, _)| known.as_str() == name);
@@ -353,8 +353,8 @@ fn of_joints(arm: &Chain, states: &JointStates) -> Result<Pose, PacketError> {
     };
     match arm.base_from_tool(position) {
         Ok(Some(pose)) => Ok(pose),
-        Ok(None) => Err(PacketError::NotNeeded("joints of something else")),
-        Err(_) => Err(PacketError::Text("a joint of the robot is missing, or its position is no number")),
+        Ok(None) => Err(PacketError::NotNeeded("joints of another device")),
+        Err(_) => Err(PacketError::Text("a joint of the robot is missing, or its position is not a number")),
     }
 }
 

@@ -146,7 +146,7 @@ fn a_camera_without_a_clock_cannot_stamp_by_it() {
         None,
     );
     let error = refused.err().expect("there is no clock to be read");
-    assert_eq!(error.to_string(), "a list cannot be asked for its time");
+    assert_eq!(error.to_string(), "a list cannot report its time");
 }
 
 /// A live estimate of a recording that arrives all at once. It looks once more at the end, so nothing waits.

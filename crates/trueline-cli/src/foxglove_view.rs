@@ -27,13 +27,13 @@ mod with_server {
         }
     }
 
-    /// The view, as long as it lives; nothing where none is asked for.
+    /// The view, while it runs; nothing if none is requested.
     pub(crate) struct FoxgloveView {
         view: Option<LiveView>,
     }
 
     impl FoxgloveView {
-        /// Serves a view if that is asked for, and says where.
+        /// Serves a view if that is requested, and prints its address.
         pub(crate) fn of(args: &FoxgloveArgs, title: &str) -> Result<Self, Failure> {
             let Some(address) = args.foxglove else { return Ok(Self { view: None }) };
             let view = LiveView::start(address, title)?;

@@ -1,4 +1,4 @@
-//! A calibration as what places points while it runs.
+//! Places points with a calibration while it runs.
 
 use crate::failure::Failure;
 use std::path::Path;
@@ -10,7 +10,7 @@ use trueline_dataset::folder::sha256;
 use trueline_dataset::result_file::ResultFile;
 use trueline_geometry::Pose;
 
-/// What places the points of a sensor, whose file has this text, and where it is on the tool; `None` of one that stands beside the robot.
+/// The placer of a sensor, whose file has this text, and its pose on the tool; `None` for a sensor beside the robot.
 pub(crate) fn of(
     calibration: &Path,
     sensor: &SensorFile,

@@ -26,7 +26,7 @@ pub(crate) struct Entry<'a> {
     pub span: &'a str,
     /// The words of an event.
     pub message: &'a str,
-    /// How long the span was there, s.
+    /// Duration of the span, s.
     pub duration_s: Option<f64>,
     /// Values by name.
     pub fields: &'a [(&'static str, Value)],

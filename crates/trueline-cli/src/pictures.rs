@@ -19,7 +19,7 @@ pub(crate) struct PictureOptions {
     pub joint: Option<Joint>,
     /// Region of the pictures, if not that of sensor.toml.
     pub region: Option<PictureRegion>,
-    /// Which of several corners.
+    /// Index among several corners.
     pub stripe: StripeChoice,
     /// Overlay of the findings: its folder, and how often.
     pub overlay: Option<OverlayChoice>,

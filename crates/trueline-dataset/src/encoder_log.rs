@@ -1,8 +1,8 @@
-//! `encoder.csv`: counts of an encoder over the robot's time, `time_s,encoder`. Readings that an encoder triggers name its count in place of
-//! a stamp: the column `encoder` of `features.csv`, `profiles.csv` or `stripes.csv`.
+//! `encoder.csv`: counts of an encoder over the robot's time, `time_s,encoder`. Readings triggered by an encoder have its count
+//! instead of a stamp: the column `encoder` of `features.csv`, `profiles.csv` or `stripes.csv`.
 //!
-//! A reading belongs to the moment at which its count was first reached. So the encoder may stand before and after the pass, but not turn back
-//! within it.
+//! The time of a reading is the moment at which its count was first reached. So the encoder may stand before and after the pass,
+//! but must not turn back within it.
 
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
@@ -23,13 +23,13 @@ const TIME: usize = 0;
 const COUNT: usize = 1;
 const COLUMNS: [ColumnSpec<'static>; 2] =
     [required("time", Quantity::Time), required(COLUMN, Quantity::Plain)];
-/// An encoder that stands trembles by this, counts.
+/// Largest jitter of a standing encoder, counts.
 const TREMBLES: f64 = 2.0;
 
 /// An encoder's counts over time.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct EncoderLog {
-    /// Stamp, ns, and count in the direction of the pass; both rise.
+    /// Stamp, ns, and count in the direction of the pass; both increase.
     reached: Vec<(i64, f64)>,
     /// 1 of an encoder that counts up, −1 of one that counts down.
     sign: f64,
@@ -39,7 +39,7 @@ impl EncoderLog {
     /// The log of a dataset folder, with its hash noted; `None` if it has none.
     ///
     /// # Errors
-    /// A table that cannot be used, or an encoder that does not move, or turns back.
+    /// A table that cannot be used, or an encoder that does not move or turns back.
     pub(crate) fn of(folder: &Path, inputs: &mut BTreeMap<String, String>) -> Result<Option<Self>, Error> {
         let file = folder.join(FILE);
         let Some(bytes) = source_file::bytes_if_there(&file)? else { return Ok(None) };
@@ -90,20 +90,20 @@ impl EncoderLog {
         Some(from_ns + ((to_ns - from_ns) as f64 * part).round() as i64)
     }
 
-    /// The counts that it has, for messages.
+    /// Its range of counts, for messages.
     pub(crate) fn range(&self) -> String {
         let of = |at: Option<&(i64, f64)>| at.map_or(0.0, |(_, count)| self.sign * count);
         format!("a count from {} to {}", of(self.reached.first()), of(self.reached.last()))
     }
 }
 
-/// The error of the row at which an encoder turns back.
+/// The error at the row where an encoder turns back.
 fn turned_back(file: &Path, csv: &[u8], row: usize, count: f64) -> Result<Error, Error> {
     let mut table = Table::open(file, csv, &COLUMNS)?;
     for _ in 0..=row {
         table.next_row()?;
     }
-    Ok(table.error_in(COUNT, value("counts that go one way only, in each pass a scan of its own", count)))
+    Ok(table.error_in(COUNT, value("counts in one direction, with each pass as a scan of its own", count)))
 }
 
 fn value(expected: &'static str, found: f64) -> Problem {
@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn a_count_belongs_to_the_moment_when_it_was_first_reached() {
-        // It stands and trembles until 1 s, counts up to 100, and stands.
+        // The encoder stands and jitters until 1 s, counts up to 100, and stands.
         let up = log("0,0\n0.5,1\n1,0\n2,100\n3,100\n").unwrap();
         assert_eq!(up.stamp_ns(50.5), Some(1_500_000_000));
         assert_eq!((up.stamp_ns(100.0), up.stamp_ns(0.0)), (Some(2_000_000_000), Some(0)));

@@ -59,7 +59,7 @@ pub enum LogProblem {
     NamesDiffer {
         /// How many the user named.
         named: usize,
-        /// How many there are.
+        /// Their number.
         found: usize,
     },
     /// A cell of another kind than those above it.
@@ -93,7 +93,7 @@ pub enum LogProblem {
     StampsDiffer {
         /// How many stamps there are.
         stamps: usize,
-        /// How many profiles.
+        /// Number of profiles.
         profiles: usize,
     },
     /// A YAML file of a camera, in place of a sensor with its laser plane.

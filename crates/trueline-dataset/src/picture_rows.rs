@@ -25,7 +25,7 @@ pub enum PicturesDisagree {
             more than a picture apart"
     )]
     Frames {
-        /// Which frame.
+        /// The frame.
         frame: u64,
         /// Stamp of its seam point, s.
         feature_s: f64,
@@ -38,7 +38,7 @@ pub enum PicturesDisagree {
             apart"
     )]
     FrameStampedTwice {
-        /// Which frame.
+        /// The frame.
         frame: u64,
         /// The table.
         file: &'static str,

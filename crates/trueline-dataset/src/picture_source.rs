@@ -22,7 +22,7 @@ pub struct FrameStamp {
 
 /// Pictures by number, in the order of the scan: a folder, a recording, an array in memory.
 pub trait PictureSource: Sync {
-    /// How many there are.
+    /// Their number.
     fn count(&self) -> usize;
 
     /// When a picture was taken.

@@ -144,7 +144,7 @@ pub enum Problem {
     /// A folder of several sensors with fewer than two.
     #[error("has {found} sensor folder(s); several sensors need at least two, each in `sensors/NAME`")]
     TooFewSensors {
-        /// How many there are.
+        /// Their number.
         found: usize,
     },
     /// Of the files of external axes.
@@ -321,7 +321,7 @@ pub enum Problem {
     /// Profiles in which nothing was measured.
     #[error("none of the {profiles} profiles has a point")]
     NoPoints {
-        /// How many there are.
+        /// Their number.
         profiles: usize,
     },
     /// A range that means no return.

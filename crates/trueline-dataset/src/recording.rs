@@ -151,7 +151,7 @@ pub const LAST_LINE: u32 = 1023;
 pub struct Feature {
     /// Stamp on arrival, ns; several features of one image share it.
     pub stamp_ns: i64,
-    /// Which line it lies on, from 0.
+    /// Index of its line, from 0.
     pub line: u32,
     /// Frame counter, where recorded.
     pub frame: Option<u64>,

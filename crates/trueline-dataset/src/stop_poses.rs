@@ -169,7 +169,7 @@ fn stamp_of(number: usize) -> i64 {
     (number as i64 + 1) * APART_NS
 }
 
-/// What pairs the readings of a dataset with its robot, beside stamps.
+/// Pairs the readings of a dataset with its robot, besides stamps.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Pairing<'a> {
     /// The stops of a robot that stood at each reading.

@@ -48,7 +48,7 @@ pub(crate) const PLANS: [StopPlan; 3] = [
 ];
 
 impl StopPlan {
-    /// How long the calibration takes, s.
+    /// Duration of the calibration, s.
     #[must_use]
     pub fn lasts_s(&self) -> f64 {
         self.stops as f64 * STOP_S
@@ -82,7 +82,7 @@ pub struct StaticRow {
     pub method: &'static str,
     /// Stops of the robot.
     pub stops: usize,
-    /// How long it takes, s.
+    /// Duration, s.
     pub lasts_s: f64,
     /// Error of points that the sensor measures at standstill, in the tool frame, root mean square, m.
     pub standing_m: f64,

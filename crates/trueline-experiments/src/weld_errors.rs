@@ -11,7 +11,7 @@ use trueline_method::{Config, Error, evaluate::seam_points};
 use trueline_sim::scenario::Sine;
 use trueline_sim::{KnownScan, Scenario, Weld, WeldScan, scan_weld};
 
-/// Which weld.
+/// The kind of weld.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WeldKind {
     /// Straight, 400 mm, at 40 mm/s, weaving ±20 mm at 0.75 Hz: the path of the authors' simulation.
@@ -38,7 +38,7 @@ pub struct Row {
     pub name: &'static str,
     /// Remark on it; empty for most.
     pub remark: String,
-    /// How long its data take to record, s.
+    /// Duration of its recording, s.
     pub takes_s: Option<f64>,
     /// Distance of measured points from their true places, as for a robot that stops at each of them.
     pub position: Figures,

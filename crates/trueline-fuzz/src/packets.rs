@@ -23,7 +23,7 @@ pub(crate) fn egm(bytes: &[u8]) {
             if let Ok(frame) = RobotFrame::of(&message) {
                 assert!(frame.base_from_tool.translation.vector.iter().all(|x| x.is_finite()), "no pose");
             }
-            // What was understood is written and understood again.
+            // A decoded message is encoded and decoded again.
             let bytes = message.encode_to_vec();
             assert_eq!(EgmRobot::read(&bytes).map(|again| again.encode_to_vec()), Ok(bytes));
         }

@@ -27,7 +27,7 @@ impl PoseFeed {
         self.path.pose_at(at_s).unwrap_or_else(Pose::identity)
     }
 
-    /// How long it takes, s.
+    /// Duration, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         let (begins_s, ends_s) = self.path.span();

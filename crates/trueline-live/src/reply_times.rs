@@ -1,4 +1,4 @@
-//! How long answers take, from the kernel's stamp of a frame until its answer is sent.
+//! Delays of answers, from the kernel's stamp of a frame until its answer is sent.
 
 use hdrhistogram::Histogram;
 

@@ -61,7 +61,7 @@ impl RobotFrame {
     /// Checks a message.
     ///
     /// # Errors
-    /// What is missing or senseless.
+    /// A missing or invalid field.
     pub fn of(message: &EgmRobot) -> Result<Self, FrameError> {
         let header = message.header.ok_or(FrameError::NotData)?;
         if header.mtype() != MessageType::Data {

@@ -89,7 +89,7 @@ impl fmt::Display for RobotStatus {
     }
 }
 
-/// Which pose a robot reports.
+/// Kind of the poses that a robot reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoseMeaning {
     /// Of the tool that the program names, in its work object.

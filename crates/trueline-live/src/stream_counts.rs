@@ -28,7 +28,7 @@ pub struct StreamSummary {
     pub lost: u64,
     /// Frames overtaken by newer ones.
     pub late: u64,
-    /// How often the stream began.
+    /// Number of beginnings of the stream.
     pub sessions: u64,
     /// Longest time without a frame between two, s.
     pub longest_gap_s: f64,
@@ -45,7 +45,7 @@ pub struct Timing {
     pub period_s: f64,
     /// Delay above the quickest, s: median, 99th percentile, largest.
     pub delay_s: [f64; 3],
-    /// How much the controller's clock runs fast against this PC's, parts per million.
+    /// Rate error of the controller's clock against this PC's, positive if fast, parts per million.
     pub drift_ppm: f64,
 }
 
@@ -89,7 +89,7 @@ impl StreamCounts {
         self.skipped.saturating_sub(self.late)
     }
 
-    /// What there is to tell.
+    /// Summary of the counts.
     pub(crate) fn summary(&self) -> StreamSummary {
         StreamSummary {
             frames: self.frames,

@@ -37,7 +37,7 @@ pub struct StreamSim {
     pub version: Option<u32>,
     /// Time between messages, ms; the protocol's usual one if not given. RTDE's clients choose.
     pub period_ms: Option<u32>,
-    /// How much the controller's clock runs fast, parts per million.
+    /// Rate error of the controller's clock, positive if fast, parts per million.
     pub drift_ppm: f64,
     /// The way to the PC; TCP loses nothing.
     pub network: NetworkSettings,

@@ -41,7 +41,7 @@ pub struct UdpRobot {
     pub feed: PoseFeed,
     /// Time between messages by the controller's clock, ms.
     pub period_ms: u32,
-    /// How much that clock runs fast, parts per million.
+    /// Rate error of that clock, positive if fast, parts per million.
     pub drift_ppm: f64,
     /// The way to the PC.
     pub network: Network<(SocketAddr, Vec<u8>)>,

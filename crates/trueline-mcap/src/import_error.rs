@@ -264,7 +264,7 @@ impl ImportError {
             }
             Self::NoJointAngles => "leave --urdf out: poses and transforms need none",
             Self::Urdf { .. } => "xacro is expanded first: xacro robot.xacro > robot.urdf",
-            Self::ToolNeeded { .. } => "name the wanted one with --tool",
+            Self::ToolNeeded { .. } => "name the right one with --tool",
             Self::JointMissing { .. } => "all joints between --base and --tool must come in one message",
             Self::NoAxis { .. } | Self::AxisUnit { .. } | Self::Axis(_) => return self.hint_of_axes(),
             Self::FramesNeeded { proposal: Some([base, tool]), .. } => {

@@ -237,7 +237,7 @@ pub struct Checks {
     pub held_sensor: Option<SensorShape>,
     /// Confounded causes of an apparent sensor error.
     pub confounded_causes: Vec<ConfoundedCause>,
-    /// What --fix holds and the scan contradicts.
+    /// Held quantities (--fix) that the scan contradicts.
     pub held_off: Vec<HeldOff>,
     /// Lines that are not where they were drawn and held.
     pub drawn_line_shifts: Vec<DrawnLineShift>,

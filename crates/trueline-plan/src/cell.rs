@@ -161,7 +161,7 @@ impl Cell {
     }
 }
 
-/// How far a calibration that a plan begins from may be off, in its own sigmas.
+/// Assumed error of the calibration that a plan begins from, in its own sigmas.
 const SIGMAS: f64 = 5.0;
 
 /// Why a plan cannot begin from a calibration.

@@ -1,4 +1,4 @@
-//! How much of every limit a motion uses: 1 is all of it.
+//! Fraction of every limit that a motion uses: 1 is all of it.
 
 use crate::cell::Cell;
 use crate::motion::{Motion, PATH_PERIOD_S};

@@ -1,53 +1,53 @@
 //! A curved seam: frames along it carry a plan over a straight seam of its length onto it.
 //!
-//! The frame at a place s has its y axis along the seam and its z axis as near to the approach as possible. The motion is planned over the
-//! straight seam that touches the curve in its middle. F(s) F₀(s)⁻¹ carries each pose over; F₀(s) is the frame at s of the straight seam. So
-//! the sensor sees the curve as it sees the straight seam, and the robot turns with the curve.
+//! The frame at a place s has its y axis along the seam and its z axis as near to the approach as possible. The motion is planned
+//! over the straight seam that touches the curve at its middle. F(s) F₀(s)⁻¹ maps each pose onto the curve; F₀(s) is the frame at
+//! s of the straight seam. So the sensor views the curve as it views the straight seam, and the robot turns with the curve.
 
 use crate::seam::Seam;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3};
 use trueline_geometry::{Polyline, Pose, se3};
 
-/// The seam is sampled at about this distance, m …
+/// Distance of the samples of a seam, m …
 const STEP_M: f64 = 4e-3;
-/// … and smoothed with this standard deviation, in samples: a robot does not follow a sharp corner.
+/// … and the standard deviation of their smoothing, in samples: a robot does not follow a sharp corner.
 const SMOOTH: f64 = 2.0;
-/// Samples to either side that are used, and that are added beyond the ends: seven standard deviations, for what is left out there changes from
-/// sample to sample, and a jump of 1e-6 rad within 4 ms would be a jerk of 20 rad/s³.
+/// Number of samples on either side that are used, and added beyond the ends: seven standard deviations. The remainder changes
+/// from sample to sample, and a jump of 1e-6 rad within 4 ms would be a jerk of 20 rad/s³.
 const REACH: usize = 14;
-/// A shorter seam is not scanned, m.
+/// Shorter seams are not scanned, m.
 const LEAST_M: f64 = 20e-3;
 /// Largest cosine between seam and approach (30°).
 const STEEP: f64 = 0.866;
-/// Ends that are nearer than this are one, m.
+/// Ends nearer than this coincide, m.
 const ONE_M: f64 = 1e-6;
 
 /// A curved seam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
-    /// The curve as it was given.
+    /// The curve as drawn.
     drawn: Polyline,
-    /// Samples, with those beyond the ends.
+    /// Samples, including those beyond the ends.
     padded: Vec<Vector3<f64>>,
     step_m: f64,
     length_m: f64,
-    /// Whether its end is its beginning.
+    /// Whether the curve is closed.
     pub closed: bool,
     approach: UnitVector3<f64>,
-    /// Point and tangent in its middle.
+    /// Point and tangent at its middle.
     middle: (Vector3<f64>, Vector3<f64>),
 }
 
-/// Why a scan over a curve cannot be planned.
+/// Cause that a scan over a curve cannot be planned.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoCourse {
-    /// It is too short.
+    /// The seam is too short.
     #[error("the seam is {length_mm:.1} mm long: a scan needs at least 20 mm")]
     Short {
         /// Its length, mm.
         length_mm: f64,
     },
-    /// Somewhere it runs along the approach.
+    /// The seam runs along the approach somewhere.
     #[error(
         "at {at_mm:.0} mm from its beginning the seam runs within 30° of the direction in which the sensor looks"
     )]
@@ -71,10 +71,10 @@ impl NoCourse {
 }
 
 impl Course {
-    /// Along straight pieces between points in base, m, looked at along `approach`.
+    /// Along straight segments between points in base, m, viewed along `approach`.
     ///
     /// # Errors
-    /// [`NoCourse`] names the place.
+    /// [`NoCourse`] with the place.
     pub fn along(points: &[Vector3<f64>], approach: UnitVector3<f64>) -> Result<Self, NoCourse> {
         let mut arc_m = vec![0.0];
         for pair in points.windows(2) {
@@ -97,7 +97,7 @@ impl Course {
             let place_m = k as f64 * step_m;
             if closed { at(place_m.rem_euclid(length_m)) } else { at(place_m) }
         };
-        // Beyond an open end the last piece goes on.
+        // Beyond an open end the last segment continues.
         let reach = REACH as i64 + 1;
         let padded = (-reach..=steps as i64 + reach).map(sample).collect();
         let drawn = Polyline::new(points.to_vec()).ok_or(NoCourse::Short { length_mm: 0.0 })?;
@@ -111,13 +111,13 @@ impl Course {
         steep.map_or(Ok(own), |place_m| Err(NoCourse::Steep { at_mm: 1e3 * place_m }))
     }
 
-    /// The curve as it was given, in base.
+    /// The curve as drawn, in base.
     #[must_use]
     pub fn drawn(&self) -> &Polyline {
         &self.drawn
     }
 
-    /// The straight seam of the same length that touches it in its middle.
+    /// The straight seam of the same length that touches it at its middle.
     #[must_use]
     pub fn straight(&self) -> Seam {
         let (middle, along) = self.middle;
@@ -125,7 +125,7 @@ impl Course {
         Seam { from_m: middle - half, to_m: middle + half }
     }
 
-    /// The transform of a pose over the straight seam at a place, m from its middle, onto this one.
+    /// The transform of a pose over the straight seam onto this one, at a place, m from its middle.
     #[must_use]
     pub(crate) fn bend(&self, from_middle_m: f64) -> Pose {
         let (middle, along) = self.middle;
@@ -148,7 +148,7 @@ impl Course {
         se3::from_parts(rotation, point)
     }
 
-    /// Point and unit tangent at a place from the beginning, m: means of the samples about it, weighted by a bell.
+    /// Point and unit tangent at a place from the beginning, m: means of the samples about it, with Gaussian weights.
     fn smoothed(&self, place_m: f64) -> (Vector3<f64>, Vector3<f64>) {
         let place = (place_m.clamp(0.0, self.length_m) / self.step_m) + (REACH + 1) as f64;
         let first = place.floor() as usize - REACH;

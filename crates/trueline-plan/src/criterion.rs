@@ -46,7 +46,7 @@ impl Default for Goal {
 const SMOOTH_POWER: i32 = 16;
 
 impl Goal {
-    /// The sigma wanted of a component; `None` if it does not count.
+    /// The required sigma of a component; `None` if it does not count.
     #[must_use]
     pub fn wanted(&self, component: usize) -> Option<f64> {
         match component {
@@ -56,7 +56,7 @@ impl Goal {
         }
     }
 
-    /// The score of a covariance: at most 1 if all that is wanted is reached (for [`Criterion::Worst`]).
+    /// The score of a covariance: at most 1 if all requirements are met (for [`Criterion::Worst`]).
     #[must_use]
     pub fn score(&self, covariance: &SensorCovariance) -> f64 {
         let counted: Vec<(usize, f64)> = (0..LINES).filter_map(|k| Some((k, self.wanted(k)?))).collect();
@@ -85,7 +85,7 @@ impl Goal {
         powers.sum::<f64>().powf(1.0 / f64::from(SMOOTH_POWER))
     }
 
-    /// The most that any wanted sigma is missed by: at most 1 if all are reached.
+    /// The largest ratio of a sigma to its requirement: at most 1 if all are met.
     #[must_use]
     pub(crate) fn missed_by(&self, covariance: &SensorCovariance) -> f64 {
         Self { criterion: Criterion::Worst, ..*self }.score(covariance)

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// The whitened residuals of a frame.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameRows<const ROWS: usize, const N: usize> {
-    /// The frame, counted among the sights.
+    /// Index of the frame among the sights.
     pub sight: usize,
     /// Share of the cells that see it like this.
     pub share: f64,
@@ -24,20 +24,20 @@ pub(crate) struct FrameRows<const ROWS: usize, const N: usize> {
     pub piece: Option<(usize, SMatrix<f64, ROWS, 2>)>,
 }
 
-/// The frames of a scan. Unknowns are the wanted ones, then the form of the seam or plates, then the sensor's shape.
+/// The frames of a scan. Unknowns are the required ones, then the form of the seam or plates, then the sensor's shape.
 #[derive(Clone, Debug)]
 pub(crate) struct Evidence<const ROWS: usize, const N: usize> {
     /// Each frame; more than one for a frame that some cells see less of.
     pub frames: Vec<FrameRows<ROWS, N>>,
     /// Number of frames that each represents.
     pub stride: f64,
-    /// Number of wanted unknowns.
+    /// Number of required unknowns.
     pub asked: usize,
     /// Start of the sensor's shape.
     pub shape: usize,
     /// Prior information of each number of the form: one over its variance.
     pub known_of_form: f64,
-    /// Wanted unknowns that are held fixed, because nothing determines them.
+    /// Required unknowns that are held fixed, because nothing determines them.
     pub held: Vec<usize>,
 }
 
@@ -72,7 +72,7 @@ impl<const ROWS: usize, const N: usize> Evidence<ROWS, N> {
         told
     }
 
-    /// The covariance of clock and hand-eye in a hurry, the sensor treated as exact; `None` if something is not shown at all.
+    /// A fast covariance of clock and hand-eye, with an exact sensor; `None` if something is not determined at all.
     pub(crate) fn covariance<const K: usize>(&self) -> Option<SensorCovariance> {
         let mut told = self.told::<K>(usize::MAX);
         self.held.iter().for_each(|&k| told[(k, k)] += HELD);

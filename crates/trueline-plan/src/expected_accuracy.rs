@@ -1,4 +1,4 @@
-//! A plan's prediction in the course of the scan, and for wrong guesses.
+//! A plan's predicted accuracy during the scan, and for wrong guesses.
 
 use crate::cell::Cell;
 use crate::plan::Plan;
@@ -8,7 +8,7 @@ use crate::robustness_to_guess::{SeenBy, WrongCells};
 use crate::truth::Truth;
 use trueline_method::problem::parameters::LINES;
 
-/// The prediction in the course of the scan: time (s) and the knowledge until then, at `times` times.
+/// The predicted accuracy during the scan: time (s) and the covariance up to it, at `times` times.
 #[must_use]
 pub fn over_time(cell: &Cell, plan: &Plan, times: usize) -> Vec<(f64, Prediction)> {
     let truth = Truth::guessed(cell);

@@ -1,6 +1,6 @@
 //! The plates of a cell that make its seam: two that meet in it, two parallel ones, or one that ends there.
 //!
-//! | joint | what the cell's file says of its plates |
+//! | joint | the plates in the cell's file |
 //! |---|---|
 //! | fillet, V | two normals: each plate reaches from the seam to the free side of the other |
 //! | outside corner | two normals, and on which side of the seam each plate lies |

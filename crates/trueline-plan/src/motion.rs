@@ -117,7 +117,7 @@ impl Motion {
         &self.design
     }
 
-    /// Wanted place of the seam at a time, s, and attitude of the sensor then; along the tangent line of a curved seam.
+    /// Planned place of the seam at a time, s, and attitude of the sensor then; along the tangent line of a curved seam.
     #[must_use]
     pub fn station(&self, time_s: f64) -> Station {
         let (eased_s, spun_rad) = self.eased_and_spun(time_s);
@@ -146,7 +146,7 @@ impl Motion {
         Some(self.course.as_ref()?.bend(middle_m + scanned_m * self.design.shape.progress(done)))
     }
 
-    /// The wanted point of the seam in base, m, at a time, s.
+    /// The planned point of the seam in base, m, at a time, s.
     #[must_use]
     pub fn seam_point(&self, time_s: f64) -> Vector3<f64> {
         let (point, bend) = (self.station(time_s).seam_point, self.bend(self.eased_and_spun(time_s).0));

@@ -19,7 +19,7 @@ pub struct MountedArm {
     pub flange_from_tool: Pose,
     /// Angles in the middle of the scan, rad; `None` takes the configuration with most room.
     pub near: Option<Angles>,
-    /// The wrist stays so far from its singularity, rad.
+    /// Least distance of the wrist from its singularity, rad.
     pub least_wrist_rad: f64,
 }
 

@@ -23,7 +23,7 @@ pub struct PlanRequest {
     pub duration_s: f64,
     /// Its goal.
     pub goal: Goal,
-    /// The seam error that is wanted, if one is: then paths are compared by that.
+    /// The required seam error, if any: paths are then compared by it.
     pub seam: Option<SeamGoal>,
     /// The measurements of the calibration: whole stripes need a cell with named plates.
     pub measurements: Measurements,
@@ -52,7 +52,7 @@ impl Default for PlanRequest {
     }
 }
 
-/// Contribution of the sigmas of noise to a wanted seam error: of two paths with about the same one, that with the smaller
+/// Weight of the noise sigmas beside a required seam error: of two paths with about the same seam error, the one with the smaller
 /// sigmas is better.
 const TIE_BREAK: f64 = 0.04;
 
@@ -83,7 +83,7 @@ pub struct Plan {
     pub joints: Option<JointPath>,
     /// Share of those cells that see each frame.
     pub seen_by: Vec<SeenBy>,
-    /// Its score: see [`Goal::score`]. If a seam error is wanted, its ratio to the wanted one.
+    /// Its score: see [`Goal::score`]. With a required seam error, the ratio to it.
     pub score: f64,
     /// The motion's point in the unit box.
     pub(crate) point: DVector<f64>,
@@ -135,7 +135,7 @@ pub enum PlanError {
         duration_s: f64,
         /// The limit that prevents it.
         constraint: Constraint,
-        /// How much of it would be used.
+        /// Fraction of it that would be used.
         used: f64,
     },
     /// At no stand-off that is allowed the sensor sees a seam in the middle of its stripe.

@@ -196,7 +196,7 @@ impl<'a> Place<'a> {
         Some(mounted.follow(self.stance.as_ref()?, poses, period_s))
     }
 
-    /// How much of the arm's limits, and of the room above the plates, a motion uses.
+    /// Fractions of the arm's limits, and of the room above the plates, that a motion uses.
     fn with_arm(
         &self,
         constraints: Constraints,

@@ -171,7 +171,7 @@ impl PredictedFrame {
         &self.onto_sheet
     }
 
-    /// How a turn of the sensor about the tool, axes of base, moves the residual.
+    /// Derivative of the residual by a turn of the sensor about the tool, axes of base.
     pub(crate) fn by_turn(&self) -> &Matrix2x3<f64> {
         &self.by_turn
     }
@@ -215,7 +215,7 @@ pub(crate) fn feature_px(cell: &Cell) -> f64 {
     }
 }
 
-/// How far a pixel is in the sheet, m; `None` if no camera sees the point.
+/// Size of a pixel in the sheet, m; `None` if no camera sees the point.
 pub(crate) fn sheet_per_px(cell: &Cell, point_in_camera: &Vector3<f64>) -> Option<Matrix2<f64>> {
     match &cell.sensor {
         Sensor::CameraLaser { camera, .. } => {
@@ -227,15 +227,15 @@ pub(crate) fn sheet_per_px(cell: &Cell, point_in_camera: &Vector3<f64>) -> Optio
     }
 }
 
-/// How a point's pixel moves with it, px/m.
+/// Derivative of a point's pixel by the point, px/m.
 fn d_pixel_d_point(camera: &Camera, point: &Vector3<f64>) -> Matrix2x3<f64> {
     let ideal = point.xy() / point.z;
     let d_ideal = Matrix2x3::new(1.0, 0.0, -ideal.x, 0.0, 1.0, -ideal.y) / point.z;
     Matrix2::from_diagonal(&camera.focal) * camera.distortion.distort(&ideal).1 * d_ideal
 }
 
-/// When the frames of a scan are exposed, every `stride`-th of them: the first half a period after the start. While the sensor is spun
-/// between two passes none counts.
+/// Exposure times of a scan's frames, every `stride`-th of them: the first half a period after the start. Frames while the sensor
+/// is spun between two passes do not count.
 pub fn exposures(cell: &Cell, motion: &Motion, stride: usize) -> impl Iterator<Item = f64> {
     let period_s = cell.frame_period_s;
     let count = (motion.design().duration_s / period_s - 0.5).floor().max(0.0) as usize;

@@ -18,13 +18,13 @@ pub struct Prediction {
     pub covariance: SensorCovariance,
     /// Directions that the scan shows.
     pub rank: usize,
-    /// Wanted unknowns: time offset, hand-eye, and line or planes.
+    /// Required unknowns: time offset, hand-eye, and line or planes.
     pub asked: usize,
 }
 
 impl Prediction {
-    /// The prediction from a whole information. The first unknowns are wanted, except those held fixed, and the others have
-    /// a prior; `None` if it is not finite.
+    /// The prediction from the complete information. The first unknowns are required, except those held fixed, and the others
+    /// have a prior; `None` if it is not finite.
     #[must_use]
     pub(crate) fn of(information: &DMatrix<f64>, held: &[usize], asked: usize) -> Option<Self> {
         let known = asked..information.nrows();

@@ -35,7 +35,7 @@ pub struct Rehearsal {
     pub accepted: bool,
     /// Whether its answer would be made of whole stripes.
     pub by_stripes: bool,
-    /// How far off a seam point will be that is measured later.
+    /// Error of a seam point that is measured later.
     pub seam_error: Option<SeamError>,
     /// Standard deviation of time offset and hand-eye with robot, sensor and bias, in SI units.
     pub sigma: [Option<f64>; LINES],

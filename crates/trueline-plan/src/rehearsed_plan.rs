@@ -1,4 +1,4 @@
-//! A plan that is rehearsed before it is given out: no path with aliases if there is another, and one for a wanted seam error.
+//! A plan that is rehearsed before it is returned: a path without aliases if there is one, and one for a required seam error.
 
 use crate::cell::Cell;
 use crate::criterion::Goal;
@@ -119,7 +119,7 @@ fn least_of_finalists(
     best.ok_or(PlanError::NoSeam)
 }
 
-/// Durations that are tried for a wanted seam error, as parts of the longest.
+/// Durations that are tried for a required seam error, as fractions of the longest.
 const PARTS: [f64; 4] = [0.15, 0.3, 0.6, 1.0];
 /// A longer scan must reduce the distance from the requirement to this part of a shorter one's; else its time gains nothing.
 const WORTH_ITS_TIME: f64 = 0.95;

@@ -178,7 +178,7 @@ impl WrongCells {
         Self { cells: drawn.filter_map(|truth| WrongCell::new(cell, truth)).collect() }
     }
 
-    /// Some, to say how much worse a wrong guess makes the sigmas.
+    /// A sample of cells for the effect of a wrong guess on the sigmas.
     #[must_use]
     pub(crate) fn for_wrong_guesses(cell: &Cell) -> Self {
         Self::sample(cell, PROMISE_SEED, WRONG_GUESSES)

@@ -28,7 +28,7 @@ pub struct SeamGoal {
     pub wanted_m: f64,
     /// Covariance of the sensor's shape.
     pub shape: ShapeCovariance,
-    /// How far the robot is off within a scan.
+    /// Errors of the robot within a scan.
     pub robot: RobotSigmas,
     /// Radius of the edge behind the seam points, m; zero for stripes, where two fitted lines cross.
     pub edge_radius_m: f64,
@@ -56,8 +56,8 @@ impl SeamGoal {
         Some(Self { wanted_m, shape, robot, edge_radius_m, bias_px, speed_m_s })
     }
 
-    /// The seam error that frames leave, m; `None` where something is not shown at all. A is N and the numbers of the bias,
-    /// which is estimated with the rest, or moves the estimate by its remainder.
+    /// The remaining seam error of frames, m; `None` if something is not determined at all. A is N and the coefficients of the
+    /// bias. With stripes the remainder of the bias moves the estimate; with seam points the bias is estimated.
     #[must_use]
     pub(crate) fn left_m<const ROWS: usize, const N: usize, const A: usize>(
         &self,

@@ -180,7 +180,7 @@ mod tests {
         search.run(10_000, rosenbrock);
         let half_way = search.best().map_or(f64::INFINITY, |found| found.value);
         search.run(10_000, rosenbrock);
-        let Some(found) = search.best() else { unreachable!("values were asked for") };
+        let Some(found) = search.best() else { unreachable!("values were requested") };
         assert!(found.value <= half_way);
         assert!(found.value < 1e-9, "{}", found.value);
         assert!(found.point.iter().all(|x| (x - 1.0).abs() < 1e-4), "{}", found.point);

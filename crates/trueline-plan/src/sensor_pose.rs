@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, UnitVector3, Vector2, Vector3};
 use trueline_geometry::{Plane, Pose};
 
-/// Wanted place of the seam, and tilt of the sheet there.
+/// Planned place of the seam, and tilt of the sheet there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Station {
     /// Point of the seam in base, m.

@@ -1,4 +1,4 @@
-//! The stripes on the plates of a joint as a planned scan will show them, to `calibrate --use stripe`.
+//! Predicted stripes on the plates of a joint in a planned scan, for `calibrate --use stripe`.
 //!
 //! Hiding of a lower plate by an upper one is not considered: it is unknown whether a sensor stands by its laser or by its
 //! camera. A stripe is given by two points with independent errors: for N columns with errors σ, correlated over 1.75
@@ -18,8 +18,8 @@ const ALIKE: f64 = 1.75;
 /// Distance of a profiler's points, m.
 const PROFILE_STEP_M: f64 = 1e-4;
 
-/// From where to where the stripes on the plates of a joint are used, in the camera, m; `along` is the seam's direction, and `in_camera`
-/// carries directions from base. `None` for a plate along the sheet, and for one that is not there.
+/// Used range of the stripes on the plates of a joint, in the camera, m; `along` is the seam's direction, and `in_camera` maps
+/// directions from base. `None` for a plate along the sheet, and for a missing plate.
 pub(crate) fn ends(
     cell: &Cell,
     (joint, along): (&Joint, &Vector3<f64>),
@@ -39,7 +39,7 @@ pub(crate) fn ends(
     })
 }
 
-/// Whether all of a stripe is in view: a stripe that is cut off is not used.
+/// Whether a stripe is completely in view: a stripe that is cut off is not used.
 pub(crate) fn is_in_view(cell: &Cell, ends: &[Vector3<f64>; 2]) -> bool {
     ends.iter().all(|end| cell.view.contains(end))
 }
@@ -52,7 +52,7 @@ pub(crate) struct Stripe {
     pub noise: f64,
 }
 
-/// The support points of a stripe between two ends; `None` where the camera does not see them.
+/// The support points of a stripe between two ends; `None` if the camera does not see them.
 pub(crate) fn stripe(cell: &Cell, [from, to]: &[Vector3<f64>; 2]) -> Option<Stripe> {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from) / 3.0_f64.sqrt());
     let columns = match &cell.sensor {

@@ -94,7 +94,7 @@ impl Target {
 }
 
 impl Measured {
-    /// The covariance in a hurry; `None` if something is not shown at all.
+    /// A fast covariance; `None` if something is not determined at all.
     pub(crate) fn covariance(&self) -> Option<SensorCovariance> {
         match self {
             Self::SeamPoints(points) => points.covariance::<LOCAL_BOWED>(),
@@ -117,7 +117,7 @@ impl Measured {
         }
     }
 
-    /// The seam error that is left of a goal's, m; `None` where something is not shown at all.
+    /// The remaining seam error of a goal, m; `None` if something is not determined at all.
     pub(crate) fn seam_error_m(
         &self,
         goal: &SeamGoal,
@@ -183,12 +183,12 @@ fn seam_points(cell: &Cell, sights: &PredictedFrames, seen_by: &[SeenBy]) -> Evi
     }
 }
 
-/// A curved seam of unknown form: each piece has a place of its own instead of line and bow.
+/// A curved seam of unknown form: each piece has its own place instead of line and bow.
 fn of_a_bent_seam(frame: &mut FrameRows<2, LOCAL_ALL>, sights: &PredictedFrames, along: &UnitVector3<f64>) {
-    /// Length of a piece, m: between the knots of the estimator's answer, 5 mm, and those of a curve of 10 mm without a prior, which has nearly its ±.
-    /// Three passes over a ring and a corner state 1.0 to 1.3 times what is promised.
+    /// Length of a piece, m. It lies between the knot spacing of the estimator's answer, 5 mm, and that of a curve with 10 mm and
+    /// no prior, which has nearly its ±. Three passes over a ring and a corner state 1.0 to 1.3 times the planned ±.
     const PIECE_M: f64 = 7e-3;
-    /// Number of the piece in the middle. No seam has more pieces to either side.
+    /// Index of the middle piece. No seam has more pieces on either side.
     const MOST: f64 = 1e6;
     frame.columns.fixed_columns_mut::<{ LOCAL_BOWED - LINES }>(LINES).fill(0.0);
     let least = along.iamin();

@@ -10,7 +10,7 @@ pub enum View {
     Camera {
         /// The camera.
         camera: Camera,
-        /// The seam stays so far from the picture's edge, px.
+        /// Distance of the seam from the picture's edge, px.
         margin_px: f64,
         /// Squared radius of the ideal picture within which the lens model holds.
         believed_squared: f64,
@@ -73,7 +73,7 @@ impl View {
 }
 
 /// The picture without its margin as ideal coordinates, reduced by the largest shift of the lens at any point within its
-/// corners' radius; empty if the lens model does not hold so far out.
+/// corners' radius; empty if the lens model does not hold at that radius.
 fn surely_seen(camera: &Camera, margin_px: f64, believed_squared: f64) -> [Vector2<f64>; 2] {
     let edge = |k: usize, pixel: f64| (pixel - 0.5 - camera.centre[k]) / camera.focal[k];
     let low = Vector2::from_fn(|k, _| edge(k, margin_px));

@@ -79,7 +79,7 @@ pub fn json(difference: &Difference, field: &Field, tolerance_m: Option<f64>) ->
     })
 }
 
-/// How often chance alone makes a larger difference, in words.
+/// Probability of a larger difference by chance alone, in words.
 fn chance(difference: &Difference) -> String {
     match 100.0 * difference.chance() {
         percent if percent > 99.0 => "in more than 99 of 100 comparisons".to_owned(),

@@ -225,7 +225,7 @@ pub fn json(e: &Evaluation, check: Option<&ToleranceCheck>, other: Option<&Other
     })
 }
 
-/// How far this calibration is from the scan's own.
+/// Distance of this calibration from the scan's own.
 fn apart(other: &OtherCell) -> Value {
     json!({
         "shift_mm": other.shift_m * MM_PER_M,

@@ -118,7 +118,7 @@ fn held_off(off: &HeldOff) -> Value {
     }
 }
 
-/// How far the answers of stripes and seam points are apart.
+/// Distance between the answers of stripes and seam points.
 fn apart_values(sigmas: f64, Apart { point_m, time_offset_s }: &Apart) -> Value {
     json!({ "sigmas": sigmas, "apart_mm": point_m * MM_PER_M, "time_offsets_apart_s": time_offset_s })
 }

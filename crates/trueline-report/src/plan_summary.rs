@@ -206,7 +206,7 @@ fn rehearsal_json(rehearsal: &Rehearsal) -> Value {
     })
 }
 
-/// How many frames see the seam where the guess is wrong.
+/// Number of frames with a visible seam if the guess is wrong.
 fn chances(source: &Source<'_>) -> String {
     let Source { cell, plan, .. } = source;
     let guess = &cell.guess_error;

@@ -63,7 +63,7 @@ impl PoseReport<'_> {
         is_one.then_some(self.fit.unknowns.time_offset_s)
     }
 
-    /// Which of time offset and hand-eye transform have a standard deviation.
+    /// Whether time offset and hand-eye transform have standard deviations.
     fn is_known(&self, k: usize) -> bool {
         let hidden = &self.fit.hidden;
         let free_of = |directions: &[Vector3<f64>], axis: usize| {

@@ -150,7 +150,7 @@ fn spread(values: impl Iterator<Item = f64>, digits: usize) -> String {
     }
 }
 
-/// How far a step is from the truth: mm and degrees.
+/// Distance of a step from the truth: mm and degrees.
 #[must_use]
 pub(crate) fn off_by(step: &Step, truth: &Step) -> (f64, f64) {
     let (a, b) = (&step.tool_from_camera, &truth.tool_from_camera);

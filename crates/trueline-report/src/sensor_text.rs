@@ -232,7 +232,7 @@ fn plane(
     out
 }
 
-/// Which board to add for the laser plane.
+/// The next board for the laser plane.
 #[must_use]
 pub fn next_board(next: &NextBoard) -> String {
     let [near, far] = next.seen_m;

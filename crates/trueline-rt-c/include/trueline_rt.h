@@ -20,7 +20,7 @@ typedef int32_t trueline_status;
 #define TRUELINE_OK 0
 #define TRUELINE_NULL_POINTER 1      /* a pointer that is needed is null, or an array not aligned */
 #define TRUELINE_BAD_SETTING 2       /* a number of calibration or settings is not finite or out of range */
-#define TRUELINE_NOT_FINITE 3        /* a pose, a point or a stamp is no finite number in range */
+#define TRUELINE_NOT_FINITE 3        /* a pose, a point or a stamp is not a finite number in range */
 #define TRUELINE_NOT_LATER 4         /* the pose is not later than the last one, and not taken */
 #define TRUELINE_CLOCK_WENT_BACK 5   /* the poses before are forgotten; this one is taken */
 #define TRUELINE_UNSETTLED 6         /* too few poses or frames yet */

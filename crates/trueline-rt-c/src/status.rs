@@ -49,7 +49,7 @@ const TEXTS: [&CStr; 18] = [
     c"ok",
     c"a pointer that is needed is null",
     c"a number of calibration or settings is not finite or out of range",
-    c"a pose, a point or a stamp is no finite number in range",
+    c"a pose, a point or a stamp is not a finite number in range",
     c"the pose is not later than the last one",
     c"the clock of the poses went back; the poses before are forgotten",
     c"too few poses or frames yet",

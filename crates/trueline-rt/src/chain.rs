@@ -91,7 +91,7 @@ impl Chain {
         self.links.is_empty()
     }
 
-    /// How many there are.
+    /// Their number.
     pub(crate) fn count(&self) -> usize {
         self.links.len()
     }

@@ -121,7 +121,7 @@ impl EnvelopeClock {
         self.usual_late_s
     }
 
-    /// How often the clock jumped.
+    /// Number of jumps of the clock.
     pub(crate) fn jumps(&self) -> u32 {
         self.jumps
     }

@@ -39,7 +39,7 @@ pub enum AxisError {
     NoSuchAxis {
         /// The requested number, from 0.
         axis: usize,
-        /// How many there are.
+        /// Their number.
         axes: usize,
     },
     /// The stamp is not later than the last one.

@@ -41,7 +41,7 @@ pub struct AxisHealth {
     pub period_s: f64,
     /// Noise of a value, rad or m.
     pub noise: f64,
-    /// How often its clock jumped.
+    /// Number of jumps of its clock.
     pub jumps: u32,
 }
 
@@ -62,7 +62,7 @@ pub struct Health {
     pub pose_noise_rad: f64,
     /// Usual largest delay of poses and frames, s; zero if stamps are used unchanged.
     pub usual_late_s: [f64; 2],
-    /// How often the clocks of poses and of frames jumped.
+    /// Numbers of jumps of the clocks of poses and of frames.
     pub jumps: [u32; 2],
 }
 

@@ -11,7 +11,7 @@ const LEAST_REPEATED: f64 = 0.1;
 /// Runs of one pose over which the share is averaged.
 const RUNS: f64 = 32.0;
 
-/// How often poses are repeated.
+/// Repetition of poses.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Repeats {
     /// Time from one sample to the next, s, of the repetitions.

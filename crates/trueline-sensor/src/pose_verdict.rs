@@ -39,14 +39,14 @@ pub enum SightingRemark {
     },
     /// Another hand-eye transform explains the readings as well.
     AmbiguousHandEye {
-        /// How far it is turned from the answer, rad.
+        /// Rotation from the answer, rad.
         turn_rad: f64,
         /// How clearly the answer is better, in standard deviations.
         z: f64,
     },
     /// Too few sightings belong together.
     FewSightings {
-        /// How many do.
+        /// Their number.
         count: usize,
         /// Total number.
         of: usize,

@@ -105,7 +105,7 @@ pub enum Remark {
     },
     /// Few pictures of the moving board count.
     FewBoardPictures {
-        /// How many do.
+        /// Their number.
         count: usize,
     },
     /// The robot stands at each picture, but this was not stated.

@@ -129,7 +129,7 @@ pub struct CurveScan {
     pub outliers: f64,
     /// Part of the curve, in its middle, of which there are no readings.
     pub unseen: f64,
-    /// How far the sensor is off.
+    /// Errors of the sensor.
     pub sensor: SensorError,
     /// How far the part moves between passes: standard deviations of shift, m, and turn, rad, about each axis.
     pub part_moves: [f64; 2],
@@ -154,7 +154,7 @@ pub struct SensorError {
 const MIDDLE_M: f64 = 0.16;
 
 impl SensorError {
-    /// What is reported of a point, x and z in m.
+    /// Reported coordinates of a point, x and z in m.
     #[must_use]
     pub fn reported(&self, [x, z]: [f64; 2]) -> [f64; 2] {
         let deep = z - MIDDLE_M;
@@ -345,7 +345,7 @@ impl Cell {
 /// A production over a curved seam: one program, and parts that lie a little elsewhere each time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveProduction {
-    /// What is done to each part.
+    /// Scan of each part.
     pub scan: CurveScan,
     /// How far the parts lie off their place, standard deviation of each axis, m …
     pub off_m: f64,

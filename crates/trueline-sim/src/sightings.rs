@@ -126,7 +126,7 @@ pub struct Sighted {
     pub robot: Vec<RobotSample>,
     /// The sightings as reported.
     pub sightings: Vec<Sighting>,
-    /// Which of them are wrong.
+    /// Indices of the wrong ones.
     pub wrong: Vec<bool>,
     /// The truth.
     pub truth: PoseTruth,

@@ -87,7 +87,7 @@ pub enum NotFound {
     /// Several pieces, but not as this joint has them.
     #[error("the {pieces} pieces of the stripe do not form this joint")]
     NotThisJoint {
-        /// How many straight pieces there are.
+        /// Number of straight pieces.
         pieces: usize,
     },
     /// The stripe continues beyond its expected end.
@@ -150,7 +150,7 @@ pub enum NotFound {
         /// The least that is used.
         needed: f64,
     },
-    /// The point would not be known well enough to be of use.
+    /// The uncertainty of the point is too large.
     #[error("the seam point is too uncertain: ± {sigma_px:.1} px; {most_px:.0} px are allowed")]
     Uncertain {
         /// Its standard deviation, px.

@@ -138,7 +138,7 @@ impl Seam {
 /// Largest uncertainty of a seam point, px.
 const MOST_SIGMA_PX: f64 = 5.0;
 
-/// A covariance (px²) of a point that is of use.
+/// Checks that the covariance (px²) of a point is small enough.
 ///
 /// # Errors
 /// [`NotFound::Uncertain`] if it is too large or NaN.

@@ -82,7 +82,7 @@ pub(crate) fn repaired(cell: &str, calibration: &str, now_s: i64, before: i64) -
     ended((cell, calibration), text, now_s, before)
 }
 
-/// The message that an alarm is about a calibration out of use.
+/// The message that an alarm belongs to a calibration that is no longer in use.
 #[must_use]
 pub(crate) fn replaced(cell: &str, [old, new]: [&str; 2], now_s: i64, from: i64) -> Value {
     let text = format!("{cell}: {new} replaces {old} from weld {from} on. The alarm about {old} is closed.");

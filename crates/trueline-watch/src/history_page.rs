@@ -191,7 +191,7 @@ fn control(
     let limit = LIMITS * if is_shown { widest } else { alone };
     let every = all.iter().flatten().flatten();
     let farthest = every.filter(|said| said.is_shown).map(|said| said.value.abs()).fold(0.0, f64::max);
-    // Both limits are always in view. Values that are not shown independently widen nothing.
+    // Both limits are always in view. Values that are not determined independently do not widen the range.
     let half = (1.05 * farthest.max(limit)).max(f64::MIN_POSITIVE);
     let x = columns.add(welds(history));
     let mut series = Vec::new();

@@ -13,7 +13,7 @@ use trueline_method::input::timestamps::Dejittered;
 pub struct Reference {
     /// Time offset and hand-eye transform.
     pub guess: Guess,
-    /// Which stamps it was made with.
+    /// The stamps that it was made with.
     pub dejittered: Dejittered,
     /// Uncertainty of its error θ, in [`UNITS`]: the calibration's own covariance.
     pub prior: Quadratic,

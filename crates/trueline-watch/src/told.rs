@@ -36,9 +36,9 @@ pub struct Told {
     pub since: String,
     /// Number and name of the weld from which on all welds contradict the calibration.
     pub out_since: (i64, String),
-    /// How far it moves seam points.
+    /// Displacement of seam points.
     pub seam_error: SeamError,
-    /// How far they may be moved, m.
+    /// Allowed displacement, m.
     pub tolerance_m: Option<f64>,
     /// Whether it is within the tolerance.
     pub is_within: bool,

@@ -202,7 +202,7 @@ fn tell_event(store: &Store, line: &WeldLine, now_s: i64) -> Result<(), StoreErr
     Ok(())
 }
 
-/// How long a shift is, s.
+/// Duration of a shift, s.
 const SHIFT_S: i64 = 8 * 3600;
 
 /// Whether the blindness of the welds is to be reported: once a shift, and when it has changed since the last

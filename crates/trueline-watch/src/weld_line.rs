@@ -7,7 +7,7 @@ use crate::parameters::Kind;
 use crate::told::{State, Told};
 use serde_json::{Value, json};
 
-/// How far a part has been learnt.
+/// Progress of learning a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Learning {
     /// Pieces so far; those after the beginning of an alarm do not count.
@@ -197,7 +197,7 @@ fn told_json(told: &Told) -> Value {
     })
 }
 
-/// A change in the units of files, with its standard deviations; null if not shown.
+/// A change in the units of files, with its standard deviations; null if not determined.
 #[must_use]
 fn change_json(change: &Change) -> Value {
     let part = |from: usize, to: usize, factor: f64| {

@@ -17,8 +17,8 @@ pub fn of(line: &WeldLine) -> String {
     let weld = numbered(line.number, &line.weld);
     if line.told_before.is_some() {
         let state = match line.state() {
-            State::Alarm => "an alarm stood",
-            State::WithinTolerance => "a change within the tolerance stood",
+            State::Alarm => "an alarm was active",
+            State::WithinTolerance => "a change within the tolerance was active",
             State::Good => "no change was seen",
         };
         return format!("{weld}: already watched; {state}\n");
@@ -32,7 +32,7 @@ pub fn of(line: &WeldLine) -> String {
         (Some(told), None) => standing_text(&weld, told),
         (Some(told), Some(_)) => alarm_text(&weld, told),
     };
-    // While a change stands nothing is learnt.
+    // During a change nothing is learnt.
     let learning = line.learning.filter(|_| line.alarm.is_none());
     let is_done = |learning: &Learning| learning.pieces >= learning.needed;
     text += &learning.filter(|l| line.blindness_is_news || is_done(l)).map(learning_text).unwrap_or_default();
@@ -99,7 +99,7 @@ fn blindness_text(blind_to: &[String]) -> String {
     if blind_to.is_empty() {
         return String::new();
     }
-    // A part's place is the fixture's, and no scan of an edge shows it.
+    // A part's place is the fixture's. No scan of an edge determines it.
     if blind_to.iter().all(|what| what == Kind::Seam.name()) {
         return "  blind to seam: these welds cannot detect a moved part\n".to_owned();
     }
@@ -112,7 +112,8 @@ fn blindness_text(blind_to: &[String]) -> String {
     )
 }
 
-/// What a weld program can do: seams that are welded with one attitude to themselves say the same two numbers, and a weave shows the time offset.
+/// Advice for the weld program. Seams that are welded at one attitude to themselves determine the same two numbers, and a weave
+/// determines the time offset.
 fn advice(blind_to: &[String]) -> &'static str {
     let is_blind = |kind: Kind| blind_to.iter().any(|what| what.starts_with(kind.name()));
     match (is_blind(Kind::Timing), is_blind(Kind::Bracket)) {

@@ -133,7 +133,7 @@ fn a_broker_that_asks_who_it_is_is_given_user_and_password() {
     cell.until_told();
 }
 
-/// A broker with the certificate that `ca.pem` vouches for; serves one connection.
+/// A broker with a certificate that is signed by `ca.pem`; serves one connection.
 fn tls_broker() -> (u16, thread::JoinHandle<bool>) {
     let certificate = CertificateDer::from_pem_file(made("broker.pem")).unwrap();
     let key = PrivateKeyDer::from_pem_file(made("broker.key")).unwrap();
@@ -171,7 +171,7 @@ fn a_broker_over_tls_is_told_where_its_certificate_is_vouched_for() {
 #[test]
 fn a_broker_with_another_certificate_is_told_nothing() {
     let ca = format!("?ca={}", made("other_ca.pem").display());
-    // The system does not vouch for it either.
+    // The system does not trust it either.
     for trust in [ca.as_str(), ""] {
         let (port, broker) = tls_broker();
         let cell = Cell::telling(&format!("mqtts://127.0.0.1:{port}/cells/7{trust}"));

@@ -20,7 +20,7 @@ from .least_squares import MAD_TO_SIGMA
 from .line import LIMIT_MM, State, beside, fitted_line, placed, start
 
 SEARCH_S = 0.5
-"""Largest offset that is looked for."""
+"""Largest offset that is tested."""
 COARSE_S = 0.01
 STEP_S = 0.002
 """Steps of the search, the second about the best of the first; a parabola refines it."""

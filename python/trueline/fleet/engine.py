@@ -57,7 +57,7 @@ def _local(work: Work, parts: Iterator[Part], shared: Any, count: int) -> Iterat
 
 
 def in_parts(items: Iterable[Any], size: int) -> Iterator[Part]:
-    """The items in lists of so many."""
+    """The items in lists of this length."""
     iterator = iter(items)
     while part := list(islice(iterator, size)):
         yield part

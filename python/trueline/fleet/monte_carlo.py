@@ -1,4 +1,4 @@
-"""Many simulated cells: how far off the answers are, and how far off they say they are."""
+"""Many simulated cells: errors of the answers, and their stated uncertainties."""
 
 from __future__ import annotations
 

@@ -7,16 +7,16 @@ from launch.substitutions import EnvironmentVariable, LaunchConfiguration, PathJ
 from launch_ros.substitutions import FindPackagePrefix
 
 ARGUMENTS = [
-    ("calibration", "result.json", "The JSON of `trueline calibrate --json`"),
-    ("sensor", "sensor.toml", "The sensor.toml that it belongs to"),
+    ("calibration", "result.json", "The calibration: JSON of `trueline calibrate --json`"),
+    ("sensor", "sensor.toml", "The sensor.toml of the calibration"),
     ("poses", "/tf", "Topic of the robot: /tf, poses, or joint states with urdf"),
     ("urdf", "", "The robot's URDF, for joint states"),
     ("profiles", "/profiler/points", "Topic of the profiles"),
-    ("profiles_type", "sensor_msgs/msg/PointCloud2", "Type of its messages"),
-    ("frames", "base_link:tool0", "Names of the frames of the robot's base and of the tool"),
-    ("sensor_frame", "laser", "Name of the frame of the sensor"),
+    ("profiles_type", "sensor_msgs/msg/PointCloud2", "Message type of the profiles"),
+    ("frames", "base_link:tool0", "Frames of the robot's base and of the tool, BASE:TOOL"),
+    ("sensor_frame", "laser", "Frame of the sensor"),
     ("name", "trueline", "Name of the node"),
-    ("network", "127.0.0.1", "Address of this PC on the network of the other nodes"),
+    ("network", "127.0.0.1", "Address of this PC in the network of the other nodes"),
 ]
 
 

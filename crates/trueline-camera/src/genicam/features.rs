@@ -74,7 +74,7 @@ pub(super) fn set_if_there(camera: &mut dyn Features, name: &str, entry: &str) -
 /// Sets a number that the camera has by one of these names.
 ///
 /// # Errors
-/// A camera that has none of them, or takes other numbers.
+/// A camera without any of these features, or with another range of values.
 pub(super) fn set_one_of(camera: &mut dyn Features, names: &[&str], value: f64) -> Result<(), CameraError> {
     let Some(name) = names.iter().find(|name| camera.has_feature(name)) else {
         let why = "the camera has no such feature".to_owned();

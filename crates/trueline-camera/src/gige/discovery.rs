@@ -1,4 +1,4 @@
-//! Which cameras are there.
+//! Discovery of cameras.
 
 use crate::error::CameraError;
 use crate::genicam::driver;

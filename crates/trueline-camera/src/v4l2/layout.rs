@@ -12,7 +12,7 @@ pub(super) enum Layout {
     Samples(PixelFormat),
     /// A gray level and a colour difference by turns; the gray level is the first or the second byte of two.
     Luma {
-        /// Which of the two.
+        /// One of the two.
         byte: usize,
     },
     /// A JPEG picture.

@@ -63,9 +63,9 @@ check "exposure and rate are set" "$(has "$work/exposed.log" 'exposure=20 period
 run slow -- 3 Mono8 2000 10
 check "a rate that it does not have is refused" "$(has "$work/slow.txt" '10 Hz were requested, but it gives 25.000 Hz')"
 run none -- 3 Mono16
-check "a format that it does not have is refused with what it has" "$(has "$work/none.txt" 'pictures are wanted as Y16 , the camera offers GREY, Y10 , YUYV, RGGB')"
+check "a format that it does not have is refused with what it has" "$(has "$work/none.txt" 'pictures are required as Y16 , the camera offers GREY, Y10 , YUYV, RGGB')"
 run unknown VIDEO_FORMAT=NV12 -- 3
-check "a format that is not understood is refused" "$(has "$work/unknown.txt" 'pictures are wanted as GREY, Y10')"
+check "a format that is not understood is refused" "$(has "$work/unknown.txt" 'pictures are required as GREY, Y10')"
 
 run short VIDEO_SHORT_AT=2 VIDEO_ERROR_AT=4 -- 8
 check "pictures that are cut off or broken have no pixels" "$([ "$(grep -c 'Incomplete.*pixels=0' "$work/short.txt")" = 2 ] && sums short 256 1)"

@@ -53,14 +53,14 @@ impl SimulateArgs {
             outliers(
                 !(plates && is_profiler),
                 "profiles are written, and no features",
-                "say --profile-look reflections=PART",
+                "give --profile-look reflections=PART",
             ),
         ]
     }
 
     /// Options of pictures that are not written: with --plates clap does not ask for --images, which it would refuse.
     fn idle_without_pictures(&self) -> [Idle; 7] {
-        let of = |is_given, name| (is_given, self.images, name, "no pictures are written", "say --images");
+        let of = |is_given, name| (is_given, self.images, name, "no pictures are written", "give --images");
         [
             of(self.joint.is_some(), "--joint"),
             of(self.look.is_some(), "--look"),

@@ -100,7 +100,7 @@ fn axes(args: &ExportArgs, file: &Path, form: &AxisForm) -> Result<ExitCode, Fai
     let text = |axis: &AxisEntry| {
         form.text(axis).map_err(|why| {
             let hint = match why {
-                NoAxis::NotShown => "its warnings say which motion shows it",
+                NoAxis::NotShown => "its warnings name the motion that determines it",
                 NoAxis::NotOfThisForm => "`--as axis-urdf` writes any axis",
             };
             Failure::new(format!("axis {}: {why}", axis.name), hint)

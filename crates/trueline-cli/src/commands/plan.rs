@@ -129,7 +129,7 @@ fn check_plates(args: &PlanArgs, cell: &Cell) -> Result<(), Failure> {
         .map_err(|why| Failure::new(format!("--use stripe: {why}"), why.hint()))
 }
 
-/// The path in the languages asked for.
+/// The path in the requested languages.
 fn programs(args: &PlanArgs, plan: &Plan) -> Result<Vec<ProgramFile>, Failure> {
     if args.program.is_empty() {
         return Ok(Vec::new());

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant, SystemTime};
 use trueline_cell::{Placing, Ros2Node, Ros2NodeSettings, Ros2Topic, TRANSFORMS};
 use trueline_dataset::sensor_toml;
 
-/// Between looks at the calibration's file and at Ctrl-C.
+/// Interval between checks of the calibration's file and of Ctrl-C.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 
 /// Runs the command.
@@ -42,8 +42,8 @@ pub(crate) fn run(args: &Ros2NodeArgs) -> Result<ExitCode, Failure> {
                     node.place_with(placing);
                     say("the calibration was read again");
                 }
-                // It may be half written; the last one goes on.
-                Err(failure) => say(&format!("{failure}; the calibration before stays in use")),
+                // The file may be half written; the previous calibration stays in use.
+                Err(failure) => say(&format!("{failure}; the previous calibration stays in use")),
             }
         }
     }

@@ -85,7 +85,7 @@ pub struct Feedback {
 pub struct ControllerClock {
     /// Its reading at the start, s.
     pub epoch_s: f64,
-    /// How much it runs fast, parts per million.
+    /// Rate error, positive if fast, parts per million.
     pub drift_ppm: f64,
     /// When it is set, s after the start, and by how much, s.
     pub step_s: Option<(f64, f64)>,

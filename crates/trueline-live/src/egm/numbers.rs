@@ -13,7 +13,7 @@ pub struct Numbers<const N: usize, const ALONE: u32> {
     /// The truth value.
     pub flag: Option<bool>,
     values: [f64; N],
-    /// More than `N` where more came; then none of them is given, for they are of another kind of robot.
+    /// More than `N` if more arrived. Then all are ignored, because they belong to another kind of robot.
     count: usize,
 }
 

@@ -80,7 +80,7 @@ pub enum PathError {
     TooMuch {
         /// When.
         at_s: f64,
-        /// Which quantity.
+        /// The quantity.
         what: &'static str,
         /// Its value.
         found: f64,

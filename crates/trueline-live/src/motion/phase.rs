@@ -53,8 +53,8 @@ pub enum EndReason {
         /// How long, s.
         silent_s: f64,
     },
-    /// It speaks too rarely to be guided.
-    #[error("the robot speaks every {:.0} ms; to be guided it must speak every {:.0} ms or more often (\\SampleRate)", *period_s * 1e3, SLOWEST_S * 1e3)]
+    /// It sends too rarely to be guided.
+    #[error("the robot sends every {:.0} ms; to be guided it must send every {:.0} ms or more often (\\SampleRate)", *period_s * 1e3, SLOWEST_S * 1e3)]
     TooSlow {
         /// Time between its messages, s.
         period_s: f64,

@@ -16,7 +16,7 @@ pub struct ServerSettings {
     pub feed: PoseFeed,
     /// Its clock's reading at the start, s: clients treat less than 40 as booting.
     pub epoch_s: f64,
-    /// How much its clock runs fast, parts per million.
+    /// Rate error of its clock, positive if fast, parts per million.
     pub drift_ppm: f64,
     /// Highest version of RTDE, 1 or 2.
     pub version: u16,

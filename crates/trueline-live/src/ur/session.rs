@@ -35,7 +35,7 @@ pub enum SessionError {
     #[error(transparent)]
     Size(#[from] wire::BadSize),
     /// Neither version 2 nor 1.
-    #[error("the controller speaks neither version 2 nor 1 of RTDE")]
+    #[error("the controller supports neither version 2 nor 1 of RTDE")]
     Version,
     /// A field that cannot be done without.
     #[error("the controller does not support the field {name}")]

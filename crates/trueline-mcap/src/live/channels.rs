@@ -21,7 +21,7 @@ use trueline_geometry::Pose;
 
 /// How a calibration grows, as JSON.
 pub const ESTIMATE_TOPIC: &str = "/estimate";
-/// What a weld showed, as JSON.
+/// Result of a weld, as JSON.
 pub const WELD_TOPIC: &str = "/weld";
 
 /// The frames of what the sensor sees: pictures, and profiles.
@@ -84,7 +84,7 @@ impl LiveChannels {
         self.by_topic.keys().map(String::as_str)
     }
 
-    /// Whether a viewer has asked for a topic.
+    /// Whether a viewer has requested a topic.
     #[must_use]
     pub fn is_wanted(&self, topic: &str) -> bool {
         self.by_topic.get(topic).is_some_and(|channel| channel.has_sinks())

@@ -27,7 +27,7 @@ pub enum LiveViewError {
 }
 
 impl LiveViewError {
-    /// What to do about it.
+    /// Remedy.
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {

@@ -1,7 +1,7 @@
-//! What happens, as channels of a Foxglove WebSocket: viewers show it while it happens.
+//! Live events as channels of a Foxglove WebSocket: viewers display them as they happen.
 //!
-//! A message is copied into a queue of every viewer that asked for its topic. A queue that is full loses its oldest message. So nobody who
-//! publishes waits for a viewer, and a viewer that stalls takes a bounded memory. Viewers can ask for nothing else: the server has no
+//! A message is copied into a queue of every viewer that requested its topic. A queue that is full loses its oldest message. So nobody who
+//! publishes waits for a viewer, and a viewer that stalls takes a bounded memory. Viewers can request nothing else: the server has no
 //! capability by which a viewer could send something.
 
 mod channels;

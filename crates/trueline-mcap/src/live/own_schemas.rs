@@ -19,7 +19,7 @@ pub(super) fn estimate() -> Value {
     }))
 }
 
-/// What `watch` writes of a weld, as one line of JSON.
+/// Report of `watch` on a weld, as one line of JSON.
 pub(super) fn weld() -> Value {
     object(&json!({ "weld": { "type": "string" } }))
 }

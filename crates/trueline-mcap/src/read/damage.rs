@@ -57,7 +57,7 @@ pub enum Damage {
     UnknownChannel {
         /// The number of their topic.
         id: u16,
-        /// How many there are.
+        /// Their number.
         messages: usize,
     },
     /// A data base that cannot be read to its end.
@@ -78,7 +78,7 @@ pub enum Damage {
     UnknownTopic {
         /// The number of their topic.
         id: i64,
-        /// How many there are.
+        /// Their number.
         messages: usize,
     },
     /// A compressed file that cannot be read to its end.

@@ -3,7 +3,7 @@
 /// A message's place in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// Which file of the recording.
+    /// The file of the recording.
     pub file: usize,
     /// Place in that file.
     pub record: RecordPlace,

@@ -40,7 +40,7 @@ pub struct TopicSurvey {
     pub encoding: String,
     /// Their kind.
     pub kind: Kind,
-    /// How many there are.
+    /// Their number.
     pub messages: u64,
     /// When the earliest was recorded, ns.
     pub first_ns: u64,
@@ -63,7 +63,7 @@ pub struct LinkSurvey {
     pub child: String,
     /// Topics that it is in.
     pub topics: BTreeSet<String>,
-    /// How often it was published.
+    /// Number of its publications.
     pub transforms: u64,
 }
 

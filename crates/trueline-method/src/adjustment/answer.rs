@@ -41,7 +41,7 @@ const BEYOND: f64 = 0.002;
 pub(crate) struct Settings<'a> {
     /// Components of the tangent that are held.
     pub fixed: &'a [usize],
-    /// Those of them that are not known exactly, with their standard deviations, SI.
+    /// Held components that are not exactly known, with their standard deviations, SI.
     pub held_sigmas: &'a [(usize, f64)],
     /// Assumed levels of the systematic errors.
     pub levels: SystematicLevels,

@@ -8,7 +8,7 @@ const MOST_OUT: f64 = 0.45;
 /// A frame's place in a series and its deviation in standard deviations. `None` if it cannot be evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Off {
-    /// Which line.
+    /// The line.
     pub line: usize,
     /// Its size.
     pub sigmas: Option<f64>,

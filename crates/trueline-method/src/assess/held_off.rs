@@ -1,4 +1,4 @@
-//! How far a held time offset or hand-eye transform is from that of a fit in which it is free.
+//! Distance of a held time offset or hand-eye transform from that of a fit in which it is free.
 
 use crate::config::{HeldSigma, Hold};
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};

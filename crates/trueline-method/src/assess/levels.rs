@@ -10,7 +10,7 @@ use trueline_dataset::Recording;
 pub struct SystematicLevels {
     /// Absolute accuracy of the robot, m.
     pub robot_accuracy_m: f64,
-    /// How far it is off within a scan: as such a robot is, or as its residuals show.
+    /// Its errors within a scan: the usual ones of such a robot, or those from its residuals.
     pub robot: RobotSigmas,
     /// Whether somebody stated it; else it is assumed.
     pub robot_is_stated: bool,

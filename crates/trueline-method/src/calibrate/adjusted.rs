@@ -336,7 +336,7 @@ pub(crate) fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, fin
         &from.assessed.drift_free.fit.noise,
         config.offset_search_s,
     );
-    // What is explained is no stretch apart.
+    // Explained readings are no outlier segment.
     findings.checks.outlier_segments.retain(|segment| answer.leaves_out(segment.span_s));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     findings.fit.feature_stamps_ns = features.iter().map(stamp_of).collect();

@@ -80,7 +80,7 @@ fn better_without_drawing_m(held: &Config, checks: &Checks, released: &Calibrati
     (is_good && !held.drawn_lines.is_empty() && without < with).then_some(without)
 }
 
-/// What --fix holds and the released fit has elsewhere. Only a fit that shows everything tells.
+/// Quantities of --fix that differ in the released fit. Only a fit that determines everything is compared.
 fn held_off(config: &Config, held: &Parameters, released: &Calibration) -> Vec<HeldOff> {
     let is_free = |hold: &&Hold| !released.findings.config.hold.contains(hold);
     let covariance = |i: usize, j: usize| released.covariance(i, j).unwrap_or(f64::INFINITY);

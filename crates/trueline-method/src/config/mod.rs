@@ -7,7 +7,7 @@ use nalgebra::{UnitVector3, Vector3};
 use trueline_geometry::{Line, Polyline};
 use trueline_lsq::Loss;
 
-/// Which residual is minimised.
+/// The minimised residual.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ResidualKind {
     /// Measured point minus the line's intersection with the laser sheet: maximum likelihood.
@@ -244,7 +244,7 @@ pub struct Config {
     pub target: Target,
     /// Measurement of the joint to use.
     pub measurements: Measurements,
-    /// Which residual.
+    /// The residual.
     pub residual: ResidualKind,
     /// Robust loss on the whitened residual. `None` selects the residual's default: see [`Config::final_loss`].
     pub loss: Option<Loss>,

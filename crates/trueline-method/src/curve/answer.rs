@@ -1,4 +1,4 @@
-//! The answer to a scan over a curve: the best of all, what else explains it, and what it shows.
+//! The answer to a scan over a curve: the best fit, its rivals, and its observability.
 
 use crate::assess::seam_error::{Share, ShareOf};
 use crate::config::known_of_cell::KnownOfCell;
@@ -23,18 +23,18 @@ use trueline_model::SheetShape;
 
 /// Standard deviation of a hand-eye transform with a prior, rad and m.
 const KNOWN_TO: (f64, f64) = (2.0 * std::f64::consts::PI / 180.0, 10e-3);
-/// Held, it is known to this part of it.
+/// A held hand-eye transform counts as known to this fraction of that.
 const HELD: f64 = 1e-3;
-/// With knots that do not follow the weave the residuals may be larger by this, or the curve is no such curve.
+/// Knots that do not follow the weave may enlarge the residuals by this factor. Beyond it the curve needs finer knots.
 const WORSE: f64 = 1.5;
-/// Windows explain the scan where they explain more of it than this.
+/// Windows explain the scan if they explain more than this fraction of it.
 const EXPLAINED_BY_WINDOWS: f64 = 0.5;
 /// The request.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
     /// The search.
     pub search: Search<'a>,
-    /// What is considered beside noise.
+    /// Errors besides noise.
     pub errors: Errors<'a>,
     /// Prior knowledge of the cell.
     pub known: &'a KnownOfCell,
@@ -44,32 +44,33 @@ pub(crate) struct Asked<'a> {
 pub(crate) struct Answered {
     /// Fit and equations.
     pub finished: Finished,
-    /// The curve.
+    /// The estimated curve.
     pub curve: CurveEstimate,
-    /// Whether each of t_d, φ and t means anything.
+    /// Whether each of t_d, φ and t is determined.
     pub components: [bool; SHARED],
     /// Whether the hand-eye transform was held at the guess.
     pub is_held: bool,
-    /// Covariance by noise.
+    /// Covariance from noise.
     pub noise: SMatrix<f64, SHARED, SHARED>,
-    /// By everything else.
+    /// Contributions of all other errors.
     pub shares: Vec<Share>,
-    /// The correction of the sensor's sheet; `None` where its shape is held.
+    /// Correction of the sensor's sheet; `None` if its shape is held.
     pub shape: Option<SheetShape>,
-    /// Other answers, the most dangerous first.
+    /// Rivals, the most dangerous first.
     pub rivals: Vec<Rival>,
-    /// How the scan went along the curve.
+    /// Course of the scan along the curve.
     pub course: Course,
 }
 
 impl Answered {
-    /// Rivals that the scan cannot separate from the answer. In a single pass the curve follows each of them, so that all that explain it are.
+    /// Rivals that the scan cannot separate from the answer. In a single pass the curve follows each of them, so all that explain
+    /// the scan count.
     pub(crate) fn open(&self) -> impl Iterator<Item = &Rival> {
         let is_loose = self.curve.is_one_pass && !self.is_held;
         self.rivals.iter().filter(move |rival| rival.is_named() && (is_loose || !rival.test.decided()))
     }
 
-    /// Part of the readings that the curve does not explain.
+    /// Fraction of the readings that the curve does not explain.
     #[must_use]
     pub(crate) fn share_off(&self) -> f64 {
         let weights = &self.finished.fitted.weights;
@@ -87,7 +88,7 @@ impl Asked<'_> {
     /// The answer.
     ///
     /// # Errors
-    /// Where no curve explains most of the scan, with what keeps the seam points from being one, if that can be said.
+    /// If no curve explains most of the scan; with the cause, if it is known.
     pub(crate) fn answer(&self) -> Result<Answered, Option<Obstacle>> {
         let found = self.search.find();
         match found.best.as_ref().filter(|best| best.is_good()) {
@@ -96,7 +97,7 @@ impl Asked<'_> {
         }
     }
 
-    /// Why windows find their way and no curve does.
+    /// Reason that windows explain the scan and no curve does.
     fn obstacle(&self, nearest: &Candidate) -> Option<Obstacle> {
         if 1.0 - nearest.cost < EXPLAINED_BY_WINDOWS {
             return None;
@@ -107,7 +108,7 @@ impl Asked<'_> {
         obstacle(&points)
     }
 
-    /// The answer from a rough one.
+    /// The answer from a rough fit.
     fn of_rough(&self, best: Rough) -> Option<Answered> {
         let readings = self.search.readings;
         let searched = readings.searched();
@@ -129,7 +130,7 @@ impl Asked<'_> {
         Some(self.concluded(finished, rivals, &course, (is_near_weave, None)))
     }
 
-    /// The rival that agrees with what is known of the cell, where the best does not.
+    /// The rival that agrees with the prior knowledge of the cell, if the best answer does not.
     fn stated<'r>(&self, best: &Rough, rivals: &'r [Rival]) -> Option<&'r Rival> {
         let allows =
             |rough: &Rough| self.known.allows(&Parameters::straight(&rough.fitted.state.at, Vec::new()));
@@ -140,7 +141,7 @@ impl Asked<'_> {
         rivals.iter().filter(is_open).find(|rival| allows(&rival.rough))
     }
 
-    /// The time offset alone, with the hand-eye transform held where a guess has it.
+    /// The time offset alone; the hand-eye transform is held at the guess.
     fn of_time_alone(&self, guess: &Guess, course: &Course) -> Option<Answered> {
         let readings = self.search.readings;
         let searched = readings.searched();
@@ -163,7 +164,7 @@ impl Asked<'_> {
         Some(self.concluded(finished, rivals, course, (is_near_weave, Some(guess))))
     }
 
-    /// With knots that do not follow the weave of a single pass; whether the curve needs others.
+    /// A single pass with knots that do not follow the weave; whether the curve needs finer knots.
     fn coarser(
         &self,
         fine: Finished,
@@ -181,7 +182,7 @@ impl Asked<'_> {
         }
     }
 
-    /// The answer of a fit.
+    /// The answer from a fit.
     pub(crate) fn concluded(
         &self,
         finished: Finished,
@@ -208,11 +209,11 @@ impl Asked<'_> {
         if course.is_one_pass || is_collapsed {
             components[1..].fill(false);
         }
-        // Without a hand-eye transform that is known the time offset of a single pass goes with it.
+        // Without a known hand-eye transform the time offset of a single pass is not determined either.
         components[0] &= !course.is_one_pass && !is_near_weave && !is_collapsed;
         let mut shares: Vec<Share> = of_all.iter().map(of_shared).collect();
         let (noise, held) = match held_at {
-            // A drawing says how much the curve bends.
+            // A drawing gives the bends of the curve.
             None if finished.fitted.state.placed.is_some() => {
                 (finished.seen.covariance, DMatrix::zeros(SHARED, 0))
             }
@@ -229,15 +230,15 @@ impl Asked<'_> {
     }
 }
 
-/// A time offset that is known worse than this is not seen, s.
+/// A time offset with a larger standard deviation is not determined, s.
 const TIME_SEEN_S: f64 = 5e-3;
 
-/// A rival that is plainly better than the best.
+/// A rival that is clearly better than the best answer.
 fn better(rivals: &[Rival]) -> Option<&Rival> {
     rivals.iter().find(|rival| rival.is_named() && rival.test.reversed())
 }
 
-/// That the hand-eye transform is as a guess has it.
+/// The hand-eye transform as the guess states it.
 pub(crate) fn held_at(guess: &Guess) -> Known {
     let mut information = SMatrix::<f64, SHARED, SHARED>::zeros();
     for k in 1..SHARED {
@@ -247,7 +248,7 @@ pub(crate) fn held_at(guess: &Guess) -> Known {
     Known { centre: *guess, information }
 }
 
-/// The covariance by noise; the time offset's as large as with third differences three times larger, for bends are not alike along a curve.
+/// Covariance from noise. The time offset's is that for third differences three times larger, because bends differ along a curve.
 fn rough_curve(finished: &Finished) -> SMatrix<f64, SHARED, SHARED> {
     const LARGER: f64 = 3.0;
     let mut covariance = finished.seen.covariance;
@@ -274,7 +275,7 @@ fn rough_curve(finished: &Finished) -> SMatrix<f64, SHARED, SHARED> {
     covariance
 }
 
-/// The time offset by noise alone beside a hand-eye transform that is held, and how far it is off by what that is off.
+/// Standard deviation of the time offset from noise beside a held hand-eye transform, and its error from that of the transform.
 fn time_alone(finished: &Finished) -> (SMatrix<f64, SHARED, SHARED>, DMatrix<f64>) {
     let equations = finished.parts.of_data(finished.s3_m);
     let information = equations.root().map_or_else(SMatrix::zeros, |root| root.shared_information());
@@ -290,7 +291,7 @@ fn time_alone(finished: &Finished) -> (SMatrix<f64, SHARED, SHARED>, DMatrix<f64
     (noise, held)
 }
 
-/// How far two states are apart, in units of a covariance of the second: for tests.
+/// Distance between two states, in units of a covariance of the second: for tests.
 #[cfg(test)]
 pub(crate) fn squared_sigmas(
     truth: &Guess,

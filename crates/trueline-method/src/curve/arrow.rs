@@ -1,4 +1,5 @@
-//! Symmetric equations that are banded but for a few unknowns: a spline's control points, and what all readings share.
+//! Symmetric equations that are banded except for a few unknowns: control points of a spline, and unknowns shared by all
+//! readings.
 //!
 //! ```text
 //! ⎡ band   Bᵀ ⎤   band: half-width 7, the control points of an open spline
@@ -59,7 +60,7 @@ impl Arrow {
         self.gradient.len()
     }
 
-    /// Where the shared unknowns begin.
+    /// Index of the first shared unknown.
     #[must_use]
     pub(crate) fn shared(&self) -> usize {
         self.size() - SHARED
@@ -81,7 +82,7 @@ impl Arrow {
         }
     }
 
-    /// Adds a weighted row: its entries at these places, and what it is measured to be.
+    /// Adds a weighted row: its entries at these indices, and its measured value.
     #[inline]
     pub(crate) fn add_row(&mut self, entries: &[(usize, f64)], measured: f64, weight: f64) {
         for (k, (i, a)) in entries.iter().enumerate() {
@@ -166,7 +167,7 @@ impl Arrow {
                     sum -= band[i * width + (i - k)] * band[j * width + (j - k)];
                 }
                 band[i * width + (i - j)] = if i == j {
-                    // A comparison that a number which is none fails.
+                    // NaN fails this comparison.
                     if !(sum > 0.0 && sum.is_finite()) {
                         return None;
                     }
@@ -229,7 +230,7 @@ impl ArrowRoot {
         x
     }
 
-    /// log |H|, of the curve alone, with its place.
+    /// log |H| of the curve alone, with its place.
     #[must_use]
     pub(crate) fn log_det_curve(&self) -> f64 {
         let width = HALF_WIDTH + 1;
@@ -238,14 +239,14 @@ impl ArrowRoot {
         2.0 * (of_band + (0..wrapped).map(|k| self.corner[(k, k)].ln()).sum::<f64>())
     }
 
-    /// log |S|, of what the curve leaves of the shared unknowns.
+    /// log |S| of the shared unknowns, with the curve eliminated.
     #[must_use]
     pub(crate) fn log_det_shared(&self) -> f64 {
         let wrapped = self.corner.nrows() - SHARED;
         2.0 * (wrapped..self.corner.nrows()).map(|k| self.corner[(k, k)].ln()).sum::<f64>()
     }
 
-    /// S = A − B H⁻¹ Bᵀ: what is known of the shared unknowns beside the curve.
+    /// S = A − B H⁻¹ Bᵀ: the information on the shared unknowns, with the curve eliminated.
     #[must_use]
     pub(crate) fn shared_information(&self) -> SMatrix<f64, SHARED, SHARED> {
         let wrapped = self.corner.nrows() - SHARED;
@@ -274,7 +275,7 @@ impl ArrowRoot {
 mod tests {
     use super::*;
 
-    /// Equations of rows as a spline makes them, beside the same as a full matrix.
+    /// Equations of rows like a spline's, compared with the full matrix.
     fn both(closed: bool) -> (Arrow, DMatrix<f64>) {
         let (points, of_curve) = (11, 22);
         let mut arrow = Arrow::new(of_curve, closed, 0);

@@ -1,5 +1,5 @@
-//! A scan over a seam of which there is a drawing: the answer for a curve of unknown form first, then the drawing laid over it, then all
-//! unknowns again with the curve as drawn, to within a tolerance.
+//! A scan over a seam with a drawing. First a curve of unknown form is fitted. Then the drawing is laid over it. Then all
+//! unknowns are fitted again with the curve as drawn, to within a tolerance.
 
 use crate::config::SeamCad;
 use crate::curve::answer::{Answered, Asked, held_at};
@@ -17,32 +17,33 @@ use crate::error::cad_problem::{CadProblem, CadUnit};
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 
-/// A drawing that bends less than this part of its length is straight.
+/// A drawing that bends by less than this fraction of its length is straight.
 const STRAIGHT: f64 = 1e-3;
-/// Ends of a drawing that are nearer than this are one, m: programs write few decimals.
+/// Ends of a drawing that are nearer than this coincide, m: programs write few decimals.
 const CLOSED_M: f64 = 0.1e-3;
-/// The scan's curve may be this multiple of the tolerance, and its own ±, off the drawing: its errors are alike all along it.
+/// The scan's curve may be off the drawing by this multiple of the tolerance and of its own ±: its errors are similar all along
+/// it.
 const OFF_SIGMAS: (f64, f64) = (3.0, 6.0);
-/// However little the scan shows of its curve, beyond this a drawing is another curve, m.
+/// Beyond this distance a drawing is a different curve, however uncertain the scan's curve is, m.
 const MOST_OFF_M: f64 = 5e-3;
-/// Where the scan shows not all of the hand-eye transform, its curve is off by as much as that moves it, m.
+/// If the scan does not determine all of the hand-eye transform, its curve is off by as much as that moves it, m.
 const UNSEEN_M: f64 = 3e-3;
-/// The residuals may grow by this, or the drawing is another curve.
+/// The residuals may grow by this factor; beyond it the drawing is a different curve.
 const WORSE: f64 = 1.5;
-/// … and so may the part of the readings that nothing explains.
+/// … and so may the fraction of outliers.
 const MORE_OFF: f64 = 0.1;
 /// Rounds of noise level and weights, and steps of each.
 const ROUNDS: usize = 4;
 const STEPS: usize = 10;
-/// Directions known to less than half of what counts as seen are held.
+/// Directions known to less than half of the required information are held.
 const HELD: f64 = 1.0;
-/// The scan's curve is looked at in steps of this, m.
+/// The scan's curve is sampled at this distance, m.
 const SCAN_STEP_M: f64 = 1e-3;
 
-/// A drawing that is usable for a seam.
+/// Checks that a drawing can be used for a seam.
 ///
 /// # Errors
-/// A straight line.
+/// If it is a straight line.
 pub(crate) fn checked(cad: &SeamCad) -> Result<Evenly, CadProblem> {
     let straight = CadProblem::Straight { bends_m: 0.0 };
     let drawing = Evenly::of_drawing(&cad.curve, 1.0, closed_m(cad)).ok_or(straight)?;
@@ -53,7 +54,7 @@ pub(crate) fn checked(cad: &SeamCad) -> Result<Evenly, CadProblem> {
     Ok(drawing)
 }
 
-/// Ends nearer than this are one: those of a drawing in other units likewise.
+/// Ends nearer than this coincide, also in a drawing in other units.
 fn closed_m(cad: &SeamCad) -> f64 {
     let corners = cad.curve.points();
     let length_m: f64 = corners.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
@@ -61,10 +62,11 @@ fn closed_m(cad: &SeamCad) -> f64 {
 }
 
 impl Asked<'_> {
-    /// The answer with a drawing of the seam, from the one without; that one itself where its curve collapsed, for it is refused.
+    /// The answer with a drawing of the seam, from the answer without. A collapsed curve is returned as it is, because it is
+    /// refused.
     ///
     /// # Errors
-    /// A drawing that does not fit the scan.
+    /// If the drawing does not fit the scan.
     pub(crate) fn by_cad(&self, free: Answered, cad: &SeamCad) -> Result<Answered, CadProblem> {
         let drawing = checked(cad)?;
         if free.curve.collapsed_from_m.is_some() {
@@ -91,7 +93,7 @@ impl Asked<'_> {
         if times > WORSE || answer.share_off() > before + MORE_OFF || rms_m > limit_m {
             return Err(misses(times));
         }
-        // A drawing that may be further off than the scan's own curve says less than that.
+        // A drawing with a tolerance above the error of the scan's own curve adds nothing.
         let used = is_surer(&answer, &free);
         let placed = answer.finished.fitted.state.placed.as_ref();
         let cad = placed.map(|placed| CadEstimate {
@@ -107,7 +109,7 @@ impl Asked<'_> {
         Ok(answer)
     }
 
-    /// The state with the drawing in the place of the curve.
+    /// The state with the drawing in place of the curve.
     fn placed(&self, free: &Answered, drawing: &Evenly, laid: &Laid) -> Option<(State, f64)> {
         let before = &free.finished.fitted.state;
         let (drawn, rounded_m) =
@@ -118,7 +120,7 @@ impl Asked<'_> {
         Some((of_all(self.search.readings, &state), rounded_m))
     }
 
-    /// The optimum with the drawing, with directions that it does not show held.
+    /// The optimum with the drawing; directions that it does not determine are held.
     fn finished(&self, state: State, stated: Option<&Known>, tolerance_m: f64) -> Option<Finished> {
         let readings = self.search.readings;
         let mut known = stated.cloned().unwrap_or_else(|| Known::of_any_sensor(&state.at));
@@ -158,7 +160,7 @@ impl Asked<'_> {
     }
 }
 
-/// Whether an answer shows more than another, or the same better.
+/// Whether an answer determines more than another, or the same better.
 fn is_surer(answer: &Answered, other: &Answered) -> bool {
     let shown = |answer: &Answered| answer.components.iter().filter(|seen| **seen).count();
     match shown(answer).cmp(&shown(other)) {
@@ -168,7 +170,7 @@ fn is_surer(answer: &Answered, other: &Answered) -> bool {
     }
 }
 
-/// How far the scan's curve may be off the drawing, m.
+/// Allowed distance of the scan's curve from the drawing, m.
 fn limit_m(free: &Answered, tolerance_m: f64) -> f64 {
     let sigmas = &free.curve.sigma_m;
     let mean = sigmas.iter().map(|sigma| sigma * sigma).sum::<f64>() / sigmas.len().max(1) as f64;
@@ -177,7 +179,7 @@ fn limit_m(free: &Answered, tolerance_m: f64) -> f64 {
     (OFF_SIGMAS.0 * tolerance_m.hypot(unseen_m)).hypot((OFF_SIGMAS.1 * mean.sqrt()).min(MOST_OFF_M))
 }
 
-/// The drawing where it fits the scan's curve.
+/// The drawing, if it fits the scan's curve.
 fn fitting(scan: &Evenly, drawing: &Evenly, cad: &SeamCad, limit_m: f64) -> Result<Laid, CadProblem> {
     let found = laid(scan, drawing, cad.tolerance_m);
     if let Some(found) = found.filter(|found| found.rms_m < limit_m) {
@@ -185,7 +187,7 @@ fn fitting(scan: &Evenly, drawing: &Evenly, cad: &SeamCad, limit_m: f64) -> Resu
     }
     for (unit, factor) in CadUnit::ALL {
         let other = Evenly::of_drawing(&cad.curve, factor, closed_m(cad) * factor);
-        // What is a point beside the scan, or a thousand times its length, fits anywhere or takes long.
+        // A drawing much smaller than the scan fits anywhere; one a thousand times as long takes long.
         let within = |other: &Evenly| (0.8..100.0).contains(&(other.length_m() / scan.length_m()));
         let fits = other.filter(within).and_then(|other| laid(scan, &other, cad.tolerance_m));
         if let Some(fits) = fits.filter(|fits| fits.rms_m < limit_m) {
@@ -200,7 +202,7 @@ fn fitting(scan: &Evenly, drawing: &Evenly, cad: &SeamCad, limit_m: f64) -> Resu
     })
 }
 
-/// A spline in even steps.
+/// A spline at even steps.
 fn scanned(spline: &Spline) -> Evenly {
     let count = ((spline.length_m() / SCAN_STEP_M).ceil() as usize).max(8);
     let last = if spline.closed { count } else { count + 1 };
@@ -209,8 +211,8 @@ fn scanned(spline: &Spline) -> Evenly {
     Evenly::along(&points, SCAN_STEP_M, spline.closed).unwrap_or_else(|| Evenly::of_points(points))
 }
 
-/// The part of a drawing that a scan went over, a little beyond its ends, in the scan's direction; all of a closed one. With how far a spline
-/// is off it, root mean square, m: it rounds corners.
+/// The part of a drawing that a scan covers, a little beyond its ends, in the scan's direction; all of a closed one. With the
+/// root mean square distance of its spline from it, m, because a spline rounds corners.
 fn part_of(drawing: &Evenly, span_m: [f64; 2], closed: bool, spacing_m: f64) -> Option<(Spline, f64)> {
     const PER_KNOT: f64 = 8.0;
     let forward = if span_m[1] >= span_m[0] { 1.0 } else { -1.0 };
@@ -238,7 +240,7 @@ fn part_of(drawing: &Evenly, span_m: [f64; 2], closed: bool, spacing_m: f64) -> 
     Some((spline, rms_m))
 }
 
-/// Root mean square distance of a curve from the drawing where that is, m.
+/// Root mean square distance of a curve from the placed drawing, m.
 fn distance_m(state: &State) -> f64 {
     let Some(placed) = &state.placed else { return 0.0 };
     let drawn = placed.as_drawn();

@@ -1,4 +1,4 @@
-//! What the answer owes to errors that it does not estimate, as columns beside the unknowns.
+//! Errors that are not estimated (consider parameters), as columns beside the unknowns.
 
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::{Share, ShareOf};
@@ -17,60 +17,60 @@ use nalgebra::{DMatrix, Matrix2xX, SMatrix, Vector2};
 use trueline_geometry::Pose;
 use trueline_model::{Placement, SheetShape};
 
-/// The errors that are considered.
+/// Errors that are considered.
 #[derive(Clone, Copy)]
 pub(crate) struct Errors<'a> {
-    /// How far the robot is off.
+    /// Errors of the robot.
     pub robot: RobotSigmas,
-    /// The shape of the sensor; `None` of an exact one.
+    /// Error of the sensor's shape; `None` if it is exact.
     pub shape: Option<ShapeError>,
-    /// The edge that is seen.
+    /// Radius of the edge.
     pub edge: EdgeError,
-    /// The detector; `None` of one without bias.
+    /// Bias of the detector; `None` if it has none.
     pub detector: Option<DetectorError<'a>>,
 }
 
-/// The radius of an edge of which the detector sees the outermost point.
+/// Radius of an edge whose outermost point the detector finds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeError {
     /// The radius, m.
     pub radius_m: f64,
-    /// Whether it is seen from the camera's origin; else along the range of a profiler.
+    /// Whether the edge is seen from the camera's origin; if not, along the range of a profiler.
     pub from_origin: bool,
 }
 
 /// A detector whose point moves with the tilt.
 #[derive(Clone, Copy)]
 pub(crate) struct DetectorError<'a> {
-    /// By how much for 10° of tilt, px.
+    /// Its shift for 10° of tilt, px.
     pub px: f64,
-    /// What it detected: one for each reading.
+    /// The detections, one for each reading.
     pub observations: &'a Observations,
 }
 
-/// How well the shape of a sensor is known.
+/// Uncertainty of a sensor's shape.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShapeError {
-    /// Covariance of its five numbers.
+    /// Covariance of the five numbers.
     pub covariance: ShapeCovariance,
-    /// The point of the sheet about which they are counted, m.
+    /// Origin of the five numbers in the sheet, m.
     pub origin_m: Vector2<f64>,
-    /// Whether the scan may improve it.
+    /// Whether the scan may estimate it.
     pub is_estimated: bool,
 }
 
-/// One of them at a fit.
+/// One considered error at a fit.
 pub(crate) struct Considered {
-    /// Which error.
+    /// Kind of error.
     pub of: ShareOf,
-    /// How it moves the readings.
+    /// Displacement of the readings.
     pub moves: Moves,
-    /// How the sensor's shape is off by each of its columns (5 × columns), where it is that.
+    /// Error of the sensor's shape for each column (5 × columns), for that kind.
     pub shape: Option<DMatrix<f64>>,
 }
 
 impl Considered {
-    /// What it makes of all unknowns.
+    /// Its contribution to all unknowns.
     #[must_use]
     pub(crate) fn share(&self, fitted: &Fitted, root: &ArrowRoot) -> Share {
         Share { of: self.of, columns: self.moves.columns(fitted, root), shape: self.shape.clone() }
@@ -87,7 +87,7 @@ impl Errors<'_> {
         detector: None,
     };
 
-    /// All of them at a fit.
+    /// All considered errors at a fit.
     #[must_use]
     pub(crate) fn at(&self, readings: &Readings, fitted: &Fitted) -> Vec<Considered> {
         let moves = robot::moves(readings, fitted, self.robot);
@@ -100,7 +100,7 @@ impl Errors<'_> {
 }
 
 impl EdgeError {
-    /// The point that is seen is nearer to the sensor by the radius, square to the curve.
+    /// The detected point is nearer to the sensor by the radius, perpendicular to the curve.
     fn at(&self, readings: &Readings, fitted: &Fitted) -> Considered {
         let at = &fitted.state.at;
         let camera = at.tool_from_camera.rotation.to_rotation_matrix().into_inner();
@@ -142,7 +142,7 @@ impl DetectorError<'_> {
 }
 
 impl ShapeError {
-    /// `None` where the covariance has no root.
+    /// `None` if the covariance has no root.
     fn at(&self, readings: &Readings) -> Option<Considered> {
         let half: SMatrix<f64, 5, 5> = self.covariance.cholesky()?.l();
         let exact = SheetShape::exact_about(&self.origin_m);
@@ -159,7 +159,7 @@ impl ShapeError {
     }
 }
 
-/// The part of a share in the clock and the hand-eye transform.
+/// Clock and hand-eye rows of a contribution.
 #[must_use]
 pub(crate) fn of_shared(share: &Share) -> Share {
     let shared = share.columns.nrows() - SHARED;

@@ -1,7 +1,8 @@
-//! A clock that drifts beside a curve: one more unknown, whose column is that of the time offset times the time since the middle.
+//! Clock drift beside a curve: one more unknown. Its column is that of the time offset, times the time from the middle of the
+//! scan.
 //!
-//! Taken out of the stamps, as of a scan over a line: the drift is estimated by one step at the optimum, the readings are dated again, and all is
-//! fitted again. A single pass says nothing of it, for its curve follows every drift.
+//! The drift is removed from the stamps, as in a scan over a line. One step at the optimum estimates it, the readings get new
+//! stamps, and everything is fitted again. A single pass does not determine the drift, because its curve follows every drift.
 
 use crate::curve::answer::{Answered, Asked};
 use crate::curve::arrow::SHARED;
@@ -14,39 +15,41 @@ use crate::hypotheses::clock_drift::is_significant;
 use crate::hypotheses::drift_and_step::Drift;
 use nalgebra::{DVector, SMatrix, Vector2, Vector3};
 
-/// Rounds of taking out: each is for what the linear estimate before left.
+/// Rounds of removal: each removes the remainder of the linear estimate before it.
 const ROUNDS: usize = 5;
-/// What is left and less than this part of its standard deviation is nothing.
+/// A remainder below this fraction of its standard deviation is negligible.
 const NOTHING: f64 = 0.1;
-/// An offset of which the other unknowns leave less than this part does not show its drift.
+/// The drift is not determined if the other unknowns leave less than this fraction of the offset's column.
 const LEAST_LEFT: f64 = 1e-6;
 
-/// Beside what robot, sensor and detector may be off a drift is one from this many standard deviations on: their sizes are no chance from scan to scan.
+/// With errors of robot, sensor and detector considered, a drift is significant from this many standard deviations on. These
+/// errors do not vary randomly from scan to scan.
 const BESIDE_ERRORS: f64 = 3.0;
 
-/// An answer whose time offset does not drift.
+/// An answer without drift of the time offset.
 pub(crate) struct DriftFree {
     /// The answer.
     pub answer: Answered,
-    /// Its readings where they were dated again.
+    /// Its readings, if they got new stamps.
     pub readings: Option<Readings>,
     /// Estimated drift, even if it is not significant.
     pub drift: Option<Drift>,
-    /// The drift that was taken out.
+    /// The removed drift.
     pub drifted: Option<Drift>,
 }
 
 /// An estimate of the drift.
 struct Estimate {
     drift: Drift,
-    /// Its standard deviation by noise alone, parts per million.
+    /// Its standard deviation from noise alone, parts per million.
     by_noise_ppm: f64,
-    /// How far the answer moves with an error of the drift of one standard deviation.
+    /// Displacement of the answer by a drift error of one standard deviation.
     moves: SMatrix<f64, SHARED, 1>,
 }
 
 impl Asked<'_> {
-    /// The answer without a significant drift of the image clock; `rate_sigma_ppm` is how well the rates of the stamps' clocks are known.
+    /// The answer without a significant drift of the image clock; `rate_sigma_ppm` is the uncertainty of the clock rates of the
+    /// stamps.
     #[must_use]
     pub(crate) fn without_drift(&self, answer: Answered, rate_sigma_ppm: f64) -> DriftFree {
         let is_shown = !answer.curve.is_one_pass && !answer.is_held;
@@ -66,7 +69,7 @@ impl Asked<'_> {
         }
         let mut readings = self.search.readings.clone();
         let mut finished: Option<Finished> = None;
-        // Rates multiply: of a rate that is wrong by a fifth the sum of the rounds would be two per cent off.
+        // Rates multiply: for a rate off by 20 % the sum of the rounds would be off by 2 %.
         let (mut kept, mut left) = (1.0, first);
         for _ in 0..ROUNDS {
             let Some(found) = left.as_ref().map(|left| left.drift) else { break };
@@ -75,7 +78,7 @@ impl Asked<'_> {
             }
             kept *= 1.0 - found.ppm * 1e-6;
             for reading in &mut readings.list {
-                // The stamps run fast about the middle, where they are right.
+                // The stamps run fast about the middle, where they are correct.
                 reading.stamp_s -= found.ppm * 1e-6 * (reading.stamp_s - found.about_s);
             }
             finished = refined(&readings, finished.as_ref().unwrap_or(&answer.finished));
@@ -97,7 +100,7 @@ impl Asked<'_> {
     }
 }
 
-/// How the time offset changes over the scan at a fit, with the errors that are considered in its ±; `None` where that is not shown.
+/// Change of the time offset over the scan at a fit, with the considered errors in its ±; `None` if it is not determined.
 fn estimate(readings: &Readings, finished: &Finished, considered: &[Considered]) -> Option<Estimate> {
     let fitted = &finished.fitted;
     let by_time = |k: usize| {
@@ -106,7 +109,7 @@ fn estimate(readings: &Readings, finished: &Finished, considered: &[Considered])
     };
     let own = |k: usize| by_time(k).map_or(0.0, |by: Vector2<f64>| by.norm_squared() * fitted.weights[k]);
     let all: Vec<f64> = (0..readings.list.len()).map(own).collect();
-    // About the centre of what is known of the offset the two are nearly independent.
+    // About the centre of the information on the offset the two are nearly independent.
     let stamps = all.iter().zip(&readings.list).map(|(own, reading)| own * reading.stamp_s);
     let about_s = stamps.sum::<f64>() / all.iter().sum::<f64>();
     let by_rate = |k: usize| Some(by_time(k)? * (readings.list[k].stamp_s - about_s));
@@ -144,7 +147,7 @@ fn estimate(readings: &Readings, finished: &Finished, considered: &[Considered])
 
 /// The rate beside the other unknowns.
 struct Beside {
-    /// How they follow it, M⁻¹ Jᵀ W d, but for the sign.
+    /// Response of the other unknowns, M⁻¹ Jᵀ W d, up to the sign.
     moved: DVector<f64>,
     normals: Vec<[Vector3<f64>; 2]>,
 }
@@ -165,7 +168,7 @@ impl Beside {
         Self { moved: finished.root.solve(&sums), normals }
     }
 
-    /// What the rate alone makes of a reading: its column without what the other unknowns make up for.
+    /// Effect of the rate alone on a reading: its column without the part that the other unknowns absorb.
     fn alone(
         &self,
         fitted: &Fitted,

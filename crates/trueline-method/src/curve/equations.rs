@@ -9,7 +9,7 @@ use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
 use trueline_dataset::Guess;
 use trueline_geometry::so3;
 
-/// A state: clock, hand-eye transform, curve, and where on it each reading was.
+/// A state: clock, hand-eye transform, curve, and the place of each reading on it.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     /// Clock and hand-eye transform.
@@ -18,7 +18,7 @@ pub(crate) struct State {
     pub spline: Spline,
     /// u of each reading, m.
     pub u_m: Vec<f64>,
-    /// The known curve that this one is nearly, and its place; `None` where its form is unknown.
+    /// The known curve that this one follows, and its place; `None` if its form is unknown.
     pub placed: Option<Placed>,
 }
 
@@ -41,7 +41,7 @@ impl State {
         Arrow::new(2 * self.spline.control.len(), self.spline.closed, self.of_place())
     }
 
-    /// What the prior expects to be small, m: third differences, or how far a known curve is off.
+    /// Quantities that the prior expects to be small, m: third differences, or distances from a known curve.
     #[must_use]
     pub(crate) fn bends(&self) -> Vec<Vector2<f64>> {
         let of_placed = |placed: &Placed| {
@@ -53,10 +53,10 @@ impl State {
     }
 }
 
-/// Columns of a reading at most: eight of its control points, the place, and what all share.
+/// Columns of a reading at most: eight of its control points, the place, and the shared ones.
 pub(crate) const COLUMNS: usize = 8 + PLACE + SHARED;
 
-/// How a whitened sight follows from every unknown: index and column of each, as many as are returned.
+/// Derivatives of a whitened sight by all unknowns: index and column of each, up to the returned number.
 pub(crate) fn columns(
     state: &State,
     normals: &[[Vector3<f64>; 2]],
@@ -88,20 +88,20 @@ pub(crate) fn columns(
     next + SHARED
 }
 
-/// Directions of the shared unknowns that are known beforehand, or held.
+/// Directions of the shared unknowns that have a prior or are held.
 #[derive(Clone, Debug)]
 pub(crate) struct Known {
-    /// Where.
+    /// Their value.
     pub centre: Guess,
-    /// How well: information about t_d (1/s²), φ (1/rad²), t (1/m²).
+    /// Their information: t_d (1/s²), φ (1/rad²), t (1/m²).
     pub information: SMatrix<f64, SHARED, SHARED>,
 }
 
-/// No sensor is mounted further from the tool's origin than about this, m.
+/// Largest usual distance of a sensor from the tool's origin, m.
 const MOUNTED_WITHIN_M: f64 = 0.3;
 
 impl Known {
-    /// That a sensor is mounted within arm's reach of the tool's origin.
+    /// Prior that the sensor is mounted within arm's reach of the tool's origin.
     #[must_use]
     pub(crate) fn of_any_sensor(at: &Guess) -> Self {
         let mut information = SMatrix::zeros();
@@ -135,7 +135,7 @@ pub(crate) fn whiteners(readings: &Readings, sights: &[Option<Sight>]) -> Vec<Ma
     readings.list.iter().zip(sights).map(of).collect()
 }
 
-/// Adds the rows of all sights that carry weight.
+/// Adds the rows of all sights with a weight.
 pub(crate) fn add_sights(
     equations: &mut Arrow,
     state: &State,
@@ -159,7 +159,7 @@ pub(crate) fn add_sights(
     }
 }
 
-/// The normal parts of the third differences of the control points, m: what the prior expects to be small.
+/// Normal components of the third differences of the control points, m: the prior expects them to be small.
 #[must_use]
 pub(crate) fn bends(spline: &Spline) -> Vec<Vector2<f64>> {
     let normals = spline.normals();
@@ -180,8 +180,8 @@ fn middle_normals(spline: &Spline, normals: &[[Vector3<f64>; 2]], m: usize) -> [
     normals[spline.index(m + 1)]
 }
 
-/// Adds the prior of a curve whose third differences are of 1 m: multiplied by 1/s3² it is that of s3. Of a known curve it is that of one
-/// that is 1 m off.
+/// Adds the prior of a curve with third differences of 1 m; times 1/s3² it is that of s3. For a known curve it is that of a
+/// distance of 1 m.
 pub(crate) fn add_prior(equations: &mut Arrow, state: &State) {
     let spline = &state.spline;
     if let Some(placed) = &state.placed {
@@ -220,7 +220,7 @@ pub(crate) fn add_known(equations: &mut Arrow, at: &Guess, known: &Known) {
     }
 }
 
-/// The state after a step of all unknowns; u stays where it was until the curve is looked at again.
+/// The state after a step of all unknowns; u stays until the curve is sighted again.
 #[must_use]
 pub(crate) fn stepped(state: &State, step: &nalgebra::DVector<f64>) -> State {
     let shared = step.len() - SHARED;

@@ -10,71 +10,71 @@ use nalgebra::Vector3;
 use std::ops::Range;
 use trueline_geometry::Pose;
 
-/// The curve may become this many times as long in the joint fit: it may not shrink, and before the fit it cuts corners.
+/// Allowed ratio of lengths after and before the joint fit: the curve may not shrink, and before the fit it cuts corners.
 const LENGTH_WITHIN: [f64; 2] = [0.8, 1.5];
 /// Least distance of the points of the curve, m, and their largest number.
 const POINTS: (f64, usize) = (2e-3, 200);
 
-/// A curve that a scan went over.
+/// The curve of a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveEstimate {
-    /// Whether its end is its beginning.
+    /// Whether the curve is closed.
     pub closed: bool,
     /// Its length, m.
     pub length_m: f64,
     /// Number of knots.
     pub knots: usize,
-    /// Their distance, m.
+    /// Distance of the knots, m.
     pub spacing_m: f64,
     /// Standard deviation of the third differences of its control points, m, by restricted maximum likelihood.
     pub s3_m: f64,
     /// Effective number of unknowns of curve, clock and hand-eye transform.
     pub effective_unknowns: f64,
-    /// The seams that it is made of: one, but where the features name several lines.
+    /// Its seams: one, unless the features name several lines.
     pub seams: Vec<SeamOfCurve>,
-    /// Points of it in base, m, in the order of the scan.
+    /// Points of the curve in base, m, in the order of the scan.
     pub points_m: Vec<Vector3<f64>>,
-    /// Standard deviation of each of them square to the curve, root mean square of both directions, m.
+    /// Standard deviation of each point perpendicular to the curve, root mean square of both directions, m.
     pub sigma_m: Vec<f64>,
-    /// Whether no place of it was seen twice.
+    /// Whether no place was seen twice.
     pub is_one_pass: bool,
     /// Length of one weave period, m; `None` without a weave.
     pub weave_m: Option<f64>,
-    /// Whether the curve needs knots that follow the weave: then weave and curve cannot be separated.
+    /// Whether the curve needs knots that follow the weave. Weave and curve can then not be separated.
     pub is_near_weave: bool,
-    /// Its length before the joint fit, m, where it shrank or grew too much to be believed.
+    /// Its length before the joint fit, m, if it shrank or grew too much.
     pub collapsed_from_m: Option<f64>,
-    /// Restricted log likelihood of the curve, and of one without any third difference.
+    /// Restricted log likelihood of the curve, and of one without third differences.
     pub log_evidence: [f64; 2],
-    /// The drawing of the part that it was estimated with.
+    /// The drawing of the part, if it was used.
     pub cad: Option<CadEstimate>,
 }
 
-/// A drawing where the scan found it.
+/// A drawing, placed by the scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CadEstimate {
-    /// Whether the answer is that with the drawing: it is surer than the one without.
+    /// Whether the answer uses the drawing: it is more certain than the one without.
     pub used: bool,
-    /// Where the part is.
+    /// Pose of the part.
     pub base_from_part: Pose,
     /// Root mean square distance of the curve from the drawing, m.
     pub rms_m: f64,
-    /// A turn after which the drawing lies on itself: the place about it is chosen, not measured.
+    /// A turn that maps the drawing onto itself: the rotation about its axis is chosen, not measured.
     pub symmetry: Option<Symmetry>,
 }
 
 /// One of the seams of a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeamOfCurve {
-    /// Which line of the features.
+    /// Its label among the lines of the features.
     pub label: u32,
     /// Its length, m.
     pub length_m: f64,
-    /// Which of the points of the curve are of it.
+    /// Its points of the curve.
     pub points: Range<usize>,
 }
 
-/// The curve of a fit over lines of these labels, with what errors make of it.
+/// The curve of a fit over lines with these labels, with the contributions of the errors.
 #[must_use]
 pub(crate) fn estimate(
     (finished, labels): (&Finished, &[u32]),
@@ -86,7 +86,7 @@ pub(crate) fn estimate(
     let spline = &state.spline;
     let length_m = spline.length_m();
     let inverse = finished.root.inverse() * finished.variance;
-    // The curve is that of the points that are seen, whatever the radius of their edge.
+    // The curve consists of the detected points, whatever the radius of their edge.
     let of_curve = || shares.iter().filter(|share| share.of != ShareOf::EdgeRadius);
     let sigma_m = |basis: &Basis| {
         let mut variance = 0.0;
@@ -134,7 +134,7 @@ pub(crate) fn estimate(
     }
 }
 
-/// How a point of the curve moves with every unknown, in its two normals: index and size.
+/// Derivatives of a point of the curve by all unknowns, in its two normals: index and size.
 fn across(state: &State, basis: &Basis) -> [Vec<(usize, f64)>; 2] {
     let spline = &state.spline;
     let control = |m: usize| spline.index(basis.first + m);

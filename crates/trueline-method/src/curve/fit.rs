@@ -9,20 +9,20 @@ use crate::order_statistics::median;
 use nalgebra::{DVector, Matrix2};
 use trueline_lsq::Loss;
 
-/// How residuals are weighed.
+/// Weighting of residuals.
 #[derive(Clone, Debug)]
 pub(crate) enum Weighing {
-    /// By a redescending loss of this scale, m: far from the optimum.
+    /// A redescending loss of this scale, m: far from the optimum.
     Rough {
         /// The scale, m.
         scale_m: f64,
     },
-    /// By noise times a factor; beyond [`TUKEY_SIGMAS`] nothing counts.
+    /// Noise times a factor; beyond [`TUKEY_SIGMAS`] the weight is zero.
     Noise {
         /// Noise factor: noise divided by the expected noise.
         factor: f64,
     },
-    /// By noise times a factor and weights that stay as they are.
+    /// Noise times a factor, with constant weights.
     Fixed {
         /// Noise factor: noise divided by the expected noise.
         factor: f64,
@@ -33,32 +33,32 @@ pub(crate) enum Weighing {
 
 /// Beyond this a reading is an outlier, σ.
 pub(crate) const TUKEY_SIGMAS: f64 = 5.0;
-/// Of two normal parts the median length is this, σ.
+/// Median length of two standard normal components, σ.
 const MEDIAN_LENGTH: f64 = 1.177_410;
-/// What a reading that the curve does not reach counts, as a squared residual.
+/// Squared residual of a reading that the curve does not reach.
 const UNREACHED: f64 = 1e9;
-/// A prior beside residuals in units of a rough scale: that of readings with this noise, m.
+/// Noise of readings that scales a prior beside residuals in units of a rough scale, m.
 const ROUGH_NOISE_M: f64 = 0.05e-3;
-/// A step is at most this far in t_d (s), φ (rad) and t (m).
+/// Longest step in t_d (s), φ (rad) and t (m).
 const MOST_STEP: [f64; 3] = [0.05, 0.2, 0.05];
-/// The fit has converged where a step gains less than this part of the cost.
+/// The fit has converged if a step gains less than this fraction of the cost.
 pub(crate) const CONVERGED: f64 = 1e-7;
 
 /// Cost to minimise.
 pub(crate) struct Terms<'a> {
     /// The readings.
     pub readings: &'a Readings,
-    /// How they are weighed.
+    /// Their weighting.
     pub weighing: Weighing,
     /// Standard deviation of the curve's third differences, m.
     pub s3_m: f64,
     /// Prior of the shared unknowns.
     pub known: &'a Known,
-    /// Steps at most.
+    /// Maximum number of steps.
     pub steps: usize,
 }
 
-/// A state with all that was evaluated at it.
+/// A state with everything evaluated at it.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
     /// The state.
@@ -74,7 +74,7 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
-    /// Squared whitened residual of a reading; infinite where the curve does not reach it.
+    /// Squared whitened residual of a reading; infinite if the curve does not reach it.
     #[must_use]
     pub(crate) fn squared(&self, k: usize) -> f64 {
         self.sights[k]
@@ -82,7 +82,7 @@ impl Fitted {
             .map_or(f64::INFINITY, |seen| (self.whiteners[k] * seen.residual).norm_squared())
     }
 
-    /// Part of the readings within a distance, m.
+    /// Fraction of the readings within a distance, m.
     #[must_use]
     pub(crate) fn share_within(&self, distance_m: f64) -> f64 {
         let near = |seen: &&Sight| seen.residual.norm() < distance_m;
@@ -107,7 +107,7 @@ impl Fitted {
         (0..self.sights.len()).map(own).sum()
     }
 
-    /// The noise factor by the median length of the residuals, whitened with a factor of one.
+    /// The noise factor, from the median length of residuals that are whitened with a factor of one.
     #[must_use]
     pub(crate) fn median_factor(&self, readings: &Readings) -> f64 {
         let whiteners = whiteners(readings, &self.sights);
@@ -143,7 +143,7 @@ impl Terms<'_> {
         }
     }
 
-    /// All that follows from a state; whiteners stay as they are within a fit.
+    /// Evaluates a state; whiteners stay constant within a fit.
     fn evaluated(&self, mut state: State, whiteners: Vec<Matrix2<f64>>) -> Fitted {
         let sights = sights(self.readings, &state);
         let loss = self.loss();
@@ -182,10 +182,10 @@ impl Terms<'_> {
         equations
     }
 
-    /// The optimum near a state; `None` where the equations have no solution.
+    /// The optimum near a state; `None` if the equations have no solution.
     #[must_use]
     pub(crate) fn fit(&self, state: State) -> Option<Fitted> {
-        /// Damping at the beginning, how it falls and rises, and where no step helps.
+        /// Initial damping, its factors, and the limit beyond which no step helps.
         const DAMPING: [f64; 4] = [1e-3, 0.2, 6.0, 1e6];
         let first = sights(self.readings, &state);
         let mut best = self.evaluated(state, self.whiteners(&first));
@@ -217,7 +217,7 @@ impl Terms<'_> {
     }
 }
 
-/// A step that is not longer than it may be in any of the shared unknowns.
+/// The step, shortened to the limit of each shared unknown.
 fn limited(step: DVector<f64>) -> DVector<f64> {
     let shared = step.len() - SHARED;
     let lengths = [

@@ -3,49 +3,49 @@
 use crate::order_statistics::median;
 use nalgebra::{Matrix3, Vector3};
 
-/// The radius is this many times the distance of the neighbour of this rank, in the median …
+/// The radius is this multiple of the median distance to the neighbour of this rank …
 const RADIUS: (f64, usize) = (3.0, 6);
 /// … and at least this, m.
 const LEAST_RADIUS_M: f64 = 3e-3;
-/// A point with fewer neighbours than this part of the median is an outlier: the farthest point of a graph would be one, and be
-/// mistaken for the end of the curve.
+/// A point with fewer neighbours than this fraction of the median is an outlier. The farthest point of a graph would be one, and
+/// would look like the end of the curve.
 const LEAST_DEGREE: f64 = 0.35;
-/// A part with fewer of the points is a heap of outliers.
+/// A part with less than this fraction of the points is a cluster of outliers.
 const LEAST_PART: f64 = 0.08;
-/// Parts are one curve if the gap between their ends is less than this part of the shorter of them …
+/// Parts are one curve if the gap between their ends is less than this fraction of the shorter part …
 const SHORT_GAP: f64 = 0.3;
-/// … or less than the longer of them where the sensor went across it: one reading is at this side, the next at that.
+/// … or less than the longer part if the sensor crossed the gap from one reading to the next.
 const CROSSED_GAP: f64 = 1.0;
-/// … and both ends lead into it (cosine): the ends of two seams side by side do not.
+/// … and if both ends point into the gap (cosine): the ends of two seams side by side do not.
 const FACING: f64 = 0.5;
-/// A neighbour is on one side if it is so far along, in radii.
+/// A neighbour lies to one side if it is this far along, in radii.
 pub(crate) const ASIDE: f64 = 0.3;
-/// A reading is at an end within so many radii.
+/// A reading belongs to an end within this many radii.
 const AT_END: f64 = 2.0;
 
 /// A connected part.
 struct Part {
-    /// Its ends, each with the direction in which it leads.
+    /// Its ends, each with its outward direction.
     ends: [(usize, Vector3<f64>); 2],
-    /// Distance of its ends along the graph, m.
+    /// Distance between its ends along the graph, m.
     length_m: f64,
 }
 
 /// The neighbour graph of some points.
 #[derive(Clone, Debug)]
 pub(crate) struct Graph {
-    /// Neighbours of each point with their distance, m.
+    /// Neighbours of each point with their distances, m.
     edges: Vec<Vec<(usize, f64)>>,
-    /// Within this points are neighbours, m.
+    /// Radius of a neighbourhood, m.
     pub radius_m: f64,
-    /// Which points are left.
+    /// Points that are left.
     pub kept: Vec<bool>,
-    /// Where the sensor went at each point, where the curve crosses itself; else empty.
+    /// Direction of the sensor's travel at each point if the curve crosses itself; else empty.
     along: Vec<Vector3<f64>>,
 }
 
 impl Graph {
-    /// Of points in the order of time, m, without outliers; `None` of too few.
+    /// From points in the order of time, m, without outliers; `None` if there are too few.
     #[must_use]
     pub(crate) fn of(points: &[Vector3<f64>]) -> Option<Self> {
         let count = points.len();
@@ -68,7 +68,7 @@ impl Graph {
         Some(Self { edges, radius_m, kept, along: Vec::new() })
     }
 
-    /// The same where points of two branches that cross are no neighbours.
+    /// The same; points of two crossing branches are no neighbours.
     #[must_use]
     pub(crate) fn parted(mut self, points: &[Vector3<f64>]) -> Self {
         let along = directions(points);
@@ -82,22 +82,22 @@ impl Graph {
         self
     }
 
-    /// Whether branches that cross were parted.
+    /// Whether crossing branches were separated.
     #[must_use]
     pub(crate) fn is_parted(&self) -> bool {
         !self.along.is_empty()
     }
 
-    /// Whether two points may be on one branch.
+    /// Whether two points may lie on one branch.
     #[must_use]
     pub(crate) fn are_on_one_branch(&self, one: usize, other: usize) -> bool {
         self.along.is_empty() || are_alike(&self.along[one], &self.along[other])
     }
 
-    /// Whether there is a place where the points go on in two directions, to both sides of it in each.
+    /// Whether the points continue in two directions somewhere, to both sides in each.
     #[must_use]
     fn crosses(&self, points: &[Vector3<f64>], along: &[Vector3<f64>]) -> bool {
-        /// A crossing has this part of the neighbours on each branch, and to each side this part of those.
+        /// At a crossing each branch has this fraction of the neighbours, and each side this fraction of the branch.
         const LEAST: (f64, f64) = (0.25, 0.2);
         let goes_on = |at: usize, branch: &[usize]| {
             let Some(first) = branch.first().map(|k| along[*k]) else { return false };
@@ -116,14 +116,14 @@ impl Graph {
         (0..points.len()).filter(|k| self.kept[*k]).any(|at| is_crossing(&at))
     }
 
-    /// The same with every point, for tests of what leaving some out is good for.
+    /// The same with every point: for tests of the removal of outliers.
     #[cfg(test)]
     pub(crate) fn with_all(mut self) -> Self {
         self.kept.fill(true);
         self
     }
 
-    /// The same with parts joined whose ends face each other across a short gap: there the seam was not seen.
+    /// The same with parts joined whose ends face each other across a short gap without seam points.
     #[must_use]
     pub(crate) fn bridged(mut self, points: &[Vector3<f64>]) -> Self {
         while let Some((from, to, length_m)) = self.bridge(points) {
@@ -165,14 +165,14 @@ impl Graph {
         best
     }
 
-    /// Readings one after the other that are no neighbours.
+    /// Consecutive readings that are no neighbours.
     fn crossings(&self, points: &[Vector3<f64>]) -> Vec<(usize, usize)> {
         let kept: Vec<usize> = (0..points.len()).filter(|k| self.kept[*k]).collect();
         let steps = kept.windows(2).map(|pair| (pair[0], pair[1]));
         steps.filter(|(a, b)| (points[*a] - points[*b]).norm() > self.radius_m).collect()
     }
 
-    /// The connected parts that are no heaps of outliers.
+    /// The connected parts without clusters of outliers.
     fn parts(&self, points: &[Vector3<f64>]) -> Vec<Part> {
         let mut seen = vec![false; self.kept.len()];
         let mut parts = Vec::new();
@@ -194,7 +194,7 @@ impl Graph {
         parts
     }
 
-    /// Where the curve leads at an end: away from the neighbours.
+    /// Outward direction at an end: away from the neighbours.
     fn leads(&self, points: &[Vector3<f64>], end: usize) -> Vector3<f64> {
         let away: Vector3<f64> = self.neighbours(end).map(|k| points[end] - points[k]).sum();
         away.try_normalize(0.0).unwrap_or_default()
@@ -227,18 +227,18 @@ impl Graph {
         Self { kept, ..self.clone() }
     }
 
-    /// Number of points that are left.
+    /// Number of remaining points.
     #[must_use]
     pub(crate) fn size(&self) -> usize {
         self.kept.iter().filter(|kept| **kept).count()
     }
 
-    /// Neighbours of a point that are left.
+    /// Remaining neighbours of a point.
     pub(crate) fn neighbours(&self, of: usize) -> impl Iterator<Item = usize> {
         self.edges[of].iter().map(|(k, _)| *k).filter(|k| self.kept[*k])
     }
 
-    /// Distance of each point along the graph, m; infinite of those that are not connected.
+    /// Distance of each point along the graph, m; infinite if it is not connected.
     #[must_use]
     pub(crate) fn distances_m(&self, from: usize) -> Vec<f64> {
         let count = self.kept.len();
@@ -259,7 +259,7 @@ impl Graph {
         }
     }
 
-    /// The point that is farthest from another along the graph.
+    /// The farthest point from another along the graph.
     #[must_use]
     pub(crate) fn farthest(&self, from: usize) -> Option<(usize, Vec<f64>)> {
         let distances_m = self.distances_m(from);
@@ -269,11 +269,11 @@ impl Graph {
     }
 }
 
-/// Where the sensor went at each of some points in the order of time: the principal direction of the unit vectors between the points about it, which
-/// outliers hardly turn.
+/// Direction of the sensor's travel at each point in the order of time: the principal direction of the unit vectors between
+/// nearby points. Outliers hardly turn it.
 #[must_use]
 pub(crate) fn directions(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-    /// So many points before and after.
+    /// Number of points before and after.
     const ABOUT: usize = 4;
     let about = |k: usize| &points[k.saturating_sub(ABOUT)..(k + ABOUT + 1).min(points.len())];
     let direction = |k: usize| {
@@ -291,7 +291,7 @@ pub(crate) fn directions(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     (0..points.len()).map(direction).collect()
 }
 
-/// Whether two directions may be those of one branch: up to 37° apart.
+/// Whether two directions may belong to one branch: up to 37° apart.
 fn are_alike(one: &Vector3<f64>, other: &Vector3<f64>) -> bool {
     const COSINE: f64 = 0.8;
     one.dot(other).abs() > COSINE

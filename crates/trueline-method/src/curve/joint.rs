@@ -1,4 +1,4 @@
-//! From an answer of the windows to a curve: order, a first spline, the joint fit with finer and finer knots.
+//! From an answer of the windows to a curve: order, a first spline, and the joint fit with ever finer knots.
 
 use crate::curve::equations::{Known, State};
 use crate::curve::fit::{Fitted, Terms, Weighing};
@@ -11,21 +11,21 @@ use crate::curve::smoothness::{Parts, loosest_m};
 use nalgebra::Vector3;
 use trueline_dataset::Guess;
 
-/// The curve is at most this multiple of the robot's path.
+/// Longest curve, as a multiple of the robot's path.
 const MOST_LENGTH: f64 = 3.0;
-/// Knots of the search, m. Coarser ones, or a growth from few knots, shrink the curve and take the lever with it.
+/// Knots of the search, m. Coarser knots, or starting with few knots, shrink the curve and with it the lever.
 const SEARCH_KNOTS_M: f64 = 10e-3;
 /// Stages: knots in these units, scale of the loss, m.
 const STAGES: [(f64, f64); 3] = [(1.6, 3e-3), (1.2, 1.2e-3), (1.0, 0.4e-3)];
 /// Steps of a stage.
 const STAGE_STEPS: usize = 8;
-/// After the second stage this part of the readings must be within this distance, m.
+/// After the second stage this fraction of the readings must be within this distance, m.
 const HOPEFUL: (f64, f64) = (0.25, 2e-3);
-/// A good answer has this part of the readings within this distance, m: wrong ones reach 0.46.
+/// A good answer has this fraction of the readings within this distance, m; wrong ones reach 0.46.
 pub(crate) const GOOD: (f64, f64) = (0.62, 0.5e-3);
-/// Readings of the search at most.
+/// Maximum number of readings in the search.
 const MOST_READINGS: usize = 700;
-/// Directions with less than this share of the required information from the first curve are held meanwhile.
+/// Directions with less than this share of the required information at the first curve are held during the search.
 const HELD_MEANWHILE: f64 = 0.6;
 
 /// A curve that fits a scan roughly.
@@ -33,9 +33,9 @@ const HELD_MEANWHILE: f64 = 0.6;
 pub(crate) struct Rough {
     /// The fit.
     pub fitted: Fitted,
-    /// Where it began: the curve by the windows' answer.
+    /// Its start: the curve of the windows' answer.
     pub first: State,
-    /// Part of the readings that it explains to within half a millimetre.
+    /// Fraction of the readings within half a millimetre.
     pub within: f64,
 }
 
@@ -48,23 +48,23 @@ impl Rough {
 }
 
 impl Readings {
-    /// One in several of them, so that they are at most this number.
+    /// Every n-th reading, so that they are at most this number.
     #[must_use]
     pub(crate) fn thinned(&self, most: usize) -> Self {
         let every = self.list.len().div_ceil(most).max(1);
         Self { list: self.list.iter().step_by(every).copied().collect(), ..self.clone() }
     }
 
-    /// Those of which a search is made.
+    /// The readings of a search.
     #[must_use]
     pub(crate) fn searched(&self) -> Self {
         self.thinned(MOST_READINGS)
     }
 
-    /// Length of the tool's path while the readings are taken, m.
+    /// Length of the tool's path during the readings, m.
     #[must_use]
     pub(crate) fn path_m(&self, at: &Guess) -> f64 {
-        /// The path is looked at in steps of this, s: shorter ones would add its noise.
+        /// Sampling step of the path, s: shorter steps would add its noise.
         const STEP_S: f64 = 0.1;
         let mut places: Vec<Vector3<f64>> = Vec::new();
         let mut last_s = f64::NEG_INFINITY;
@@ -78,7 +78,7 @@ impl Readings {
     }
 }
 
-/// The curve that goes with an answer of the windows, and where each reading is on it; each line of the readings is a piece of it.
+/// The curve of an answer of the windows, and the place of each reading on it; each line of the readings is a piece.
 #[must_use]
 pub(crate) fn first_curve(readings: &Readings, at: &Guess) -> Option<State> {
     let spacing_m = STAGES[0].0 * SEARCH_KNOTS_M;
@@ -105,7 +105,8 @@ pub(crate) fn first_curve(readings: &Readings, at: &Guess) -> Option<State> {
     Some(State { at: *at, spline, u_m, placed: None })
 }
 
-/// The joint fit from an answer of the windows, with the hand-eye transform as it is known, if stated; `None` where there is no curve, or it is hopeless.
+/// The joint fit from an answer of the windows, with the prior of the hand-eye transform, if stated; `None` without a plausible
+/// curve.
 #[must_use]
 pub(crate) fn rough(readings: &Readings, at: &Guess, stated: Option<&Known>) -> Option<Rough> {
     let first = first_curve(readings, at)?;
@@ -135,14 +136,14 @@ pub(crate) fn rough(readings: &Readings, at: &Guess, stated: Option<&Known>) -> 
     Some(Rough { fitted, first, within })
 }
 
-/// Holds directions that a curve does not show at all: it would shrink along them.
+/// Holds directions that a curve does not determine: it would shrink along them.
 fn hold_unseen(readings: &Readings, state: &State, known: &mut Known) {
     let s3_m = loosest_m(state.spline.spacing_m);
     let weighing = Weighing::Rough { scale_m: STAGES[0].1 };
     let terms = Terms { readings, weighing, s3_m, known, steps: 0 };
     let Some(fitted) = terms.fit(state.clone()) else { return };
     let parts = Parts::of(&fitted, known);
-    // In units of the scale; of readings with noise of a twentieth of it the directions are as well seen as it gets.
+    // In units of the scale: readings with noise of a twentieth of it determine the directions best.
     const NOISE_OF_SCALE: f64 = 0.05;
     if let Some(seen) = Seen::of(&fitted, &parts, s3_m, NOISE_OF_SCALE.powi(2)) {
         known.hold(&state.at, &seen.holding(HELD_MEANWHILE));
@@ -150,10 +151,10 @@ fn hold_unseen(readings: &Readings, state: &State, known: &mut Known) {
 }
 
 impl Known {
-    /// Holds directions at a state as well.
+    /// Holds the unobservable directions at a state as well.
     pub(crate) fn hold(&mut self, at: &Guess, information: &nalgebra::SMatrix<f64, 7, 7>) {
         if information.norm() > 0.0 {
-            // The prior of any sensor is nothing beside what is held.
+            // The prior of any sensor is negligible beside the held directions.
             *self = Self { centre: *at, information: self.information + information };
         }
     }

@@ -4,28 +4,28 @@ use crate::curve::equations::State;
 use crate::curve::spline::Spline;
 use nalgebra::Vector3;
 
-/// Control points at most: a bad candidate asks for ninety thousand.
+/// Maximum number of control points: a bad candidate needs ninety thousand.
 pub(crate) const MOST_CONTROL: usize = 120;
-/// An open curve goes on beyond its readings by this part of a knot.
+/// An open curve extends beyond its readings by this fraction of a knot.
 pub(crate) const BEYOND: f64 = 0.25;
 
 /// A piece alone, with its readings.
 pub(crate) struct Piece {
     /// Its curve.
     pub spline: Spline,
-    /// Where on it each of its readings is, m.
+    /// Places of its readings on the curve, m.
     pub u_m: Vec<f64>,
-    /// Which readings these are.
+    /// Indices of its readings.
     pub readings: Vec<usize>,
 }
 
-/// The spacing of the knots of a curve that has at most [`MOST_CONTROL`] of them, m.
+/// Knot spacing of a curve with at most [`MOST_CONTROL`] control points, m.
 #[must_use]
 pub(crate) fn spacing_for(spline: &Spline, wanted_m: f64) -> f64 {
     wanted_m.max(spline.length_m() / (MOST_CONTROL - 4 * (1 + spline.breaks.len())) as f64)
 }
 
-/// The same state with other knots; an open curve is cut where its readings end, those that count if requested.
+/// The same state with other knots; an open curve is cut at its last readings, those with a weight if requested.
 #[must_use]
 pub(crate) fn reknotted(state: &State, spacing_m: f64, counts: Option<&[f64]>) -> Option<State> {
     let counted: Vec<bool> =
@@ -51,7 +51,7 @@ fn pieces(state: &State) -> Vec<Piece> {
     old.pieces().map(alone).collect()
 }
 
-/// Pieces as one spline with knots of one distance, m, and where each reading is on it.
+/// Pieces as one spline with equal knot spacing, m, and the place of each reading on it.
 #[must_use]
 pub(crate) fn joined(pieces: &[Piece], spacing_m: f64, counted: &[bool]) -> Option<(Spline, Vec<f64>)> {
     let (mut control, mut breaks, mut u_m) = (Vec::new(), Vec::new(), vec![0.0; counted.len()]);
@@ -70,14 +70,14 @@ pub(crate) fn joined(pieces: &[Piece], spacing_m: f64, counted: &[bool]) -> Opti
     Some((Spline { control, spacing_m, closed: false, breaks }, u_m))
 }
 
-/// A curve in one piece with other knots, of about a distance, m, or exactly of it; with where its readings are then.
+/// A curve in one piece with other knots, at about a spacing, m, or exactly at it; with the new places of its readings.
 fn laid_again(
     (old, places_m): (&Spline, &[f64]),
     is_counted: &dyn Fn(usize) -> bool,
     (spacing_m, is_exact): (f64, bool),
 ) -> Option<(Spline, Vec<f64>)> {
     const PER_KNOT: usize = 16;
-    /// A whole number of knots is one also where it is rounded.
+    /// Tolerance for a whole number of knots.
     const ROUNDED: f64 = 1.0 + 1e-9;
     let lengths_m = old.arc_lengths(PER_KNOT);
     let step_m = old.spacing_m / PER_KNOT as f64;
@@ -105,7 +105,7 @@ fn laid_again(
     } else {
         (to_m - from_m, 1.0, spacing_m)
     };
-    // Of a curve that leads anywhere beyond its readings no more is looked at than its knots can follow.
+    // A curve may lead anywhere beyond its readings. Only a length that its knots can follow is used.
     let count = ((to_m - from_m) / step_m).ceil().clamp(8.0, (2 * PER_KNOT * MOST_CONTROL) as f64) as usize;
     let sample = |k: usize| {
         let along_m = (to_m - from_m) * k as f64 / count as f64;
@@ -123,7 +123,7 @@ fn laid_again(
     Some((spline, u_m))
 }
 
-/// A point beyond an end of an open curve, straight on, m.
+/// A point beyond an end of an open curve, along the end's tangent, m.
 fn beyond(spline: &Spline, at_m: f64, length_m: f64) -> Vector3<f64> {
     let (end_u_m, over_m) = if at_m < 0.0 { (0.0, at_m) } else { (spline.span_m(), at_m - length_m) };
     let (point, tangent) = spline.at(&spline.basis(end_u_m));

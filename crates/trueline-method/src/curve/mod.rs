@@ -4,9 +4,9 @@
 //! Observations ─readings─▶ windows (each with a parabola of its own) ─order─▶ spline ─fit─▶ answer
 //! ```
 //!
-//! The curve is a uniform cubic B-spline of which every control point is free in its two normal directions, with a prior on
-//! third differences whose size restricted maximum likelihood picks. A curve shows less than it seems to: rank and ± are those
-//! of `seen`, never those of the posterior.
+//! The curve is a uniform cubic B-spline. Every control point is free in its two normal directions. Restricted maximum likelihood
+//! determines the size of the prior on third differences. The prior would add information that the data do not contain, so rank
+//! and ± are those of `seen`, never those of the posterior.
 
 pub(crate) mod answer;
 pub(crate) mod arrow;

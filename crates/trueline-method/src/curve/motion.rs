@@ -1,11 +1,11 @@
-//! The robot's pose at any time with its velocities, these from a longer stretch than one interval of the stream.
+//! The robot's pose at any time with its velocities. Velocities use more than one interval of the stream.
 
 use nalgebra::{Matrix3, Vector3};
 use trueline_geometry::{Trajectory, so3};
 
-/// Velocities are differences over twice this, s: of one interval of 4 ms they would be the stream's noise, 7 mm/s.
+/// Velocities are differences over twice this, s. Over one interval of 4 ms the noise of the stream would be 7 mm/s.
 const HALF_S: f64 = 0.02;
-/// They are kept this far apart, s: a tool that swings at 5 Hz changes them by 0.1 % of their swing in between.
+/// Spacing of the stored velocities, s: a swing of the tool at 5 Hz changes them by 0.1 % of its size in between.
 const GRID_S: f64 = 0.004;
 
 /// The path with its velocities.
@@ -54,7 +54,7 @@ impl Motion {
         Self { trajectory: trajectory.clone(), start_s, grid: (0..count).map(node).collect() }
     }
 
-    /// The nodes about a time, s, and how far it is from the first to the second.
+    /// The nodes about a time, s, and the fraction of the way between them.
     #[inline]
     fn about(&self, time_s: f64) -> (&Node, &Node, f64) {
         let place = (time_s - self.start_s) / GRID_S;
@@ -63,7 +63,7 @@ impl Motion {
         (&self.grid[before], &self.grid[after], (place - before as f64).clamp(0.0, 1.0))
     }
 
-    /// The same to within a few micrometres, several times as quickly: between two times of the grid all goes straight.
+    /// The same to within a few micrometres, several times faster: linear between two times of the grid.
     #[must_use]
     #[inline]
     pub(crate) fn nearly_at(&self, time_s: f64) -> Option<Moving> {
@@ -98,7 +98,7 @@ impl Motion {
     }
 }
 
-/// Velocities about a time, s; those of the interval where there is no longer stretch.
+/// Velocities about a time, s; near a gap those of one interval.
 fn rates(trajectory: &Trajectory, time_s: f64) -> [Vector3<f64>; 2] {
     let (start_s, end_s) = trajectory.span();
     let [from_s, to_s] = [time_s - HALF_S, time_s + HALF_S].map(|at_s| at_s.clamp(start_s, end_s));

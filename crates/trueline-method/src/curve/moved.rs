@@ -1,24 +1,24 @@
-//! How far errors that move the measured points move the answer: with r = J x + Z ξ it is off by M⁻¹ Jᵀ W Z ξ, with the prior of the
-//! curve in M \[Schmidt1966\].
+//! Effect on the answer of errors that move the measured points. With r = J x + Z ξ the answer is off by M⁻¹ Jᵀ W Z ξ, with the
+//! prior of the curve in M \[Schmidt1966\].
 
 use crate::curve::arrow::{ArrowRoot, SHARED};
 use crate::curve::equations::{self, COLUMNS};
 use crate::curve::fit::Fitted;
 use nalgebra::{DMatrix, DVector, Matrix2xX, Vector2};
 
-/// How errors of unit variance move the measured points against the predicted ones in the sheet, m.
+/// Displacement of the measured points against the predicted ones in the sheet, m, by errors of unit variance.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Moves {
     /// Number of errors.
     pub errors: usize,
-    /// A column for each error, of some readings.
+    /// A column for each error, for some readings.
     pub readings: Vec<(usize, Matrix2xX<f64>)>,
-    /// One in so many readings stands for the others.
+    /// Every n-th reading represents the others.
     pub every: usize,
 }
 
 impl Moves {
-    /// How far each error moves all unknowns: one column each.
+    /// Displacement of all unknowns: one column for each error.
     #[must_use]
     pub(crate) fn columns(&self, fitted: &Fitted, root: &ArrowRoot) -> DMatrix<f64> {
         self.solved(self.sums(fitted), root)

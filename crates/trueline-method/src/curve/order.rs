@@ -1,25 +1,25 @@
-//! Points in base in their order along a curve, open or closed, and the spline through them.
+//! Order of points in base along a curve, open or closed, and the spline through them.
 
 use crate::curve::graph::{ASIDE, Graph, directions};
 use crate::curve::spline::Spline;
 use nalgebra::Vector3;
 use trueline_lsq::Loss;
 
-/// Points that are ordered at most; of more, one in several.
+/// Maximum number of points that are ordered; of more, every n-th.
 const MOST_POINTS: usize = 500;
-/// The curve must connect this part of the points.
+/// The curve must connect this fraction of the points.
 const LEAST_CONNECTED: f64 = 0.6;
-/// An end has less than this part of its neighbours on one side.
+/// An end has less than this fraction of its neighbours on one side.
 const LEAST_SIDE: f64 = 0.2;
-/// The spline is fitted with a loss of this scale, m.
+/// Scale of the loss of the spline's fit, m.
 const SCALE_M: f64 = 3e-3;
 /// Rounds of arc length and weights.
 const ROUNDS: usize = 3;
 
-/// Points in their order.
+/// Ordered points.
 #[derive(Clone, Debug)]
 pub(crate) struct Ordered {
-    /// Place of each point along the curve, m; `None` of outliers.
+    /// Place of each point along the curve, m; `None` for outliers.
     pub along_m: Vec<Option<f64>>,
     /// Length of the curve, m.
     pub length_m: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Ordered {
     pub closed: bool,
 }
 
-/// The order of points, m; `None` where they are no one curve.
+/// The order of points, m; `None` if they are not one curve.
 #[must_use]
 pub(crate) fn ordered(points: &[Vector3<f64>]) -> Option<Ordered> {
     let graph = Graph::of(points)?.parted(points).bridged(points).largest_part();
@@ -37,16 +37,16 @@ pub(crate) fn ordered(points: &[Vector3<f64>]) -> Option<Ordered> {
     ordered_by(&graph, points)
 }
 
-/// What keeps points from being one curve.
+/// Cause that points are not one curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Obstacle {
     /// The curve crosses itself.
     Crosses,
-    /// They are on several pieces.
+    /// The points lie on several pieces.
     InPieces,
 }
 
-/// What keeps points in the order of time, m, from being one curve, if that can be said.
+/// The cause that points in the order of time, m, are not one curve, if it is known.
 #[must_use]
 pub(crate) fn obstacle(points: &[Vector3<f64>]) -> Option<Obstacle> {
     let some = thinned(points);
@@ -58,7 +58,7 @@ pub(crate) fn obstacle(points: &[Vector3<f64>]) -> Option<Obstacle> {
     ((graph.largest_part().size() as f64) < LEAST_CONNECTED * all).then_some(Obstacle::InPieces)
 }
 
-/// One in several points, so that they are not too many.
+/// Every n-th point, so that there are not too many.
 fn thinned(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let every = points.len().div_ceil(MOST_POINTS).max(1);
     points.iter().step_by(every).copied().collect()
@@ -76,7 +76,7 @@ pub(crate) fn ordered_by(graph: &Graph, points: &[Vector3<f64>]) -> Option<Order
         if let Some(closed) = closed_at(graph, &cut, points, end, &direction) {
             return Some(closed);
         }
-        // Of an open curve the farthest point from there is an end.
+        // In an open curve the farthest point from there is an end.
         let (end, _) = graph.farthest(end)?;
         return open_from(graph, end);
     }
@@ -89,7 +89,7 @@ fn open_from(graph: &Graph, end: usize) -> Option<Ordered> {
     Some(Ordered { along_m, length_m: distances_m[other], closed: false })
 }
 
-/// The direction of the points about one that has them on both sides; `None` of an end.
+/// Direction of the points about one that has points on both sides; `None` at an end.
 fn through(graph: &Graph, points: &[Vector3<f64>], at: usize) -> Option<Vector3<f64>> {
     let off: Vec<Vector3<f64>> = graph.neighbours(at).map(|k| points[k] - points[at]).collect();
     let spread = off.iter().map(|v| v * v.transpose()).sum::<nalgebra::Matrix3<f64>>();
@@ -102,7 +102,7 @@ fn through(graph: &Graph, points: &[Vector3<f64>], at: usize) -> Option<Vector3<
     (sides[0] > least && sides[1] > least).then_some(direction)
 }
 
-/// The order of a closed curve that was cut at a point; `None` where the cut parts it.
+/// The order of a closed curve that was cut at a point; `None` if the cut divides it.
 fn closed_at(
     graph: &Graph,
     cut: &Graph,
@@ -110,7 +110,7 @@ fn closed_at(
     at: usize,
     direction: &Vector3<f64>,
 ) -> Option<Ordered> {
-    /// A cut that leaves this part of the points in one piece does not part the curve.
+    /// A cut that leaves this fraction of the points in one piece does not divide the curve.
     const IN_ONE_PIECE: f64 = 0.95;
     /// Range of the search for the beginning around the cut, in radii.
     const BESIDE: f64 = 2.5;
@@ -137,8 +137,8 @@ fn closed_at(
     Some(Ordered { along_m: along_m.collect(), length_m, closed: true })
 }
 
-/// The curve through points in base, m, with knots of about a spacing, and where on it each of them is; `None` where they are no
-/// one curve, or it is longer than `most_length_m`. A closed one that may not be is cut where it begins.
+/// The curve through points in base, m, with knots of about a spacing, and the place of each point on it. `None` if they are not
+/// one curve, or if it is longer than `most_length_m`. A closed curve that may not be closed is cut at its beginning.
 #[must_use]
 pub(crate) fn curve_through(
     points: &[Vector3<f64>],
@@ -172,7 +172,8 @@ pub(crate) fn curve_through(
     Some((spline, u_m))
 }
 
-/// u of each of some points in the order of time, m: the nearest place of the curve, and where it crosses itself one that goes where they go.
+/// u of each point in the order of time, m: the nearest place of the curve. At a crossing it is on the branch along the sensor's
+/// travel.
 #[must_use]
 pub(crate) fn places_on(spline: &Spline, points: &[Vector3<f64>]) -> Vec<f64> {
     if !spline.meets_itself() {
@@ -188,7 +189,7 @@ pub(crate) fn nearest(spline: &Spline, point: &Vector3<f64>) -> f64 {
     nearest_along(spline, point, None)
 }
 
-/// The same; a sample where the curve goes elsewhere than `along` is as far as a knot farther.
+/// The same; a sample with another direction than `along` counts as farther by one knot.
 fn nearest_along(spline: &Spline, point: &Vector3<f64>, along: Option<&Vector3<f64>>) -> f64 {
     const PER_KNOT: usize = 3;
     let step_m = spline.spacing_m / PER_KNOT as f64;

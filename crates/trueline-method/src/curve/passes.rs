@@ -1,25 +1,25 @@
 //! Passes of the sensor over the curve, and the weave.
 //!
-//! If no place is seen twice, only the weave separates the curve from the hand-eye transform: then the hand-eye transform cannot be
+//! If no place is seen twice, only the weave separates the curve from the hand-eye transform. The hand-eye transform is then not
 //! determined, and the time offset only with knots that cannot follow the weave.
 
 use crate::curve::equations::State;
 use crate::curve::readings::Readings;
 use crate::order_statistics::median;
 
-/// A place is seen twice if it is seen this part of the scan's time apart.
+/// A place is seen twice if two of its readings are this fraction of the scan's time apart.
 const APART: f64 = 0.15;
-/// The scan has one pass if less than this part of the places are.
+/// The scan has one pass if less than this fraction of the places are seen twice.
 const LEAST_TWICE: f64 = 0.4;
-/// Places are this long, m.
+/// Length of a place, m.
 const PLACE_M: f64 = 5e-3;
-/// Weaves that are looked for, Hz, and how finely.
+/// Range and step of the tested weave frequencies, Hz.
 const WEAVES_HZ: (f64, f64, f64) = (0.6, 8.0, 0.02);
-/// A weave is most of what the seam does in the sheet within this time, s …
+/// A weave causes most of the seam's motion in the sheet within this time, s …
 const SWAYS_S: f64 = 1.5;
-/// … namely this part of its variance.
+/// … at least this fraction of its variance.
 const LEAST_OF_VARIANCE: f64 = 0.4;
-/// Knots nearer than this part of the length of a weave follow it.
+/// Knots nearer than this fraction of the length of a weave follow it.
 const KNOTS_PER_WEAVE: f64 = 0.7;
 
 /// The course of a scan along its curve.
@@ -27,9 +27,9 @@ const KNOTS_PER_WEAVE: f64 = 0.7;
 pub(crate) struct Course {
     /// Whether no place is seen twice.
     pub is_one_pass: bool,
-    /// How often the sensor weaves, Hz; `None` where it does not.
+    /// Frequency of the weave, Hz; `None` without a weave.
     pub weave_hz: Option<f64>,
-    /// How long the scan lasts, s.
+    /// Duration of the scan, s.
     pub lasts_s: f64,
 }
 
@@ -41,21 +41,21 @@ impl Course {
         Self { is_one_pass, weave_hz: weave_hz(readings), lasts_s: readings.lasts_s() }
     }
 
-    /// How far the sensor goes in one period of its weave over a curve of a length, m; `None` where it does not weave in a single pass.
+    /// Travel of the sensor in one period of its weave over a curve of a length, m; `None` without a weave in a single pass.
     #[must_use]
     pub(crate) fn weave_m(&self, length_m: f64) -> Option<f64> {
         let is_single = self.is_one_pass && self.lasts_s > 0.0;
         is_single.then_some(length_m / self.lasts_s / self.weave_hz?)
     }
 
-    /// Knots that do not follow the weave over a curve of a length, m; 0 where that does not matter.
+    /// Knots that do not follow the weave over a curve of a length, m; 0 if any knots may be used.
     #[must_use]
     pub(crate) fn least_knots_m(&self, length_m: f64) -> f64 {
         self.weave_m(length_m).map_or(0.0, |weave_m| KNOTS_PER_WEAVE * weave_m)
     }
 }
 
-/// Part of the places that are seen twice.
+/// Fraction of the places that are seen twice.
 fn twice(readings: &Readings, state: &State) -> f64 {
     let lasts_s = readings.lasts_s();
     let places = (state.spline.span_m() / PLACE_M).ceil().max(1.0) as usize;
@@ -70,7 +70,7 @@ fn twice(readings: &Readings, state: &State) -> f64 {
     again.iter().filter(|again| **again).count() as f64 / seen as f64
 }
 
-/// Frequency of the weave, Hz; `None` where the seam does not sway in the sheet.
+/// Frequency of the weave, Hz; `None` if the seam does not sway in the sheet.
 fn weave_hz(readings: &Readings) -> Option<f64> {
     let list = &readings.list;
     let sways = |axis: usize| -> Vec<(f64, f64)> {

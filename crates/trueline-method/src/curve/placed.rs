@@ -1,9 +1,9 @@
-//! A known curve at a place, and how far the seam is off it: c(u) = P(ξ) S(ς)·c_CAD(u) + N a.
+//! A known curve, placed in base, and the distance of the seam from it: c(u) = P(ξ) S(ς)·c_CAD(u) + N a.
 //!
-//! P is the pose of the part in base, with six unknowns; a is the seam's distance from the drawing in the two normals of each control
-//! point, which turn with the part. How large a may be is the tolerance. A part that is larger all over by the tolerance is as likely as one
-//! that is off by it at one place: S is its size, of which the tolerance over the curve's radius is known. Without it the mean of many
-//! control points would determine the size far beyond the tolerance.
+//! P is the pose of the part in base, with six unknowns. a is the seam's distance from the drawing in the two normals of each
+//! control point, which turn with the part. The tolerance is the standard deviation of a. S is the size of the part; its standard
+//! deviation is the tolerance over the curve's radius. Without S the mean of many control points would determine the size far
+//! beyond the tolerance.
 
 use crate::curve::arrow::Arrow;
 use crate::curve::spline::Spline;
@@ -11,13 +11,13 @@ use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use std::sync::Arc;
 use trueline_geometry::{Pose, se3};
 
-/// Unknowns of a place: shift, turn and size about the middle of the curve.
+/// Unknowns of a place: shift, turn, and size about the middle of the curve.
 pub(crate) const PLACE: usize = 7;
-/// Those of them that are a pose.
+/// Number of them that are a pose.
 const POSE: usize = 6;
-/// Without any reading a part is placed to within this, m and rad: what a straight or a round curve leaves open has a number.
+/// Prior of a part's place, m and rad: directions that a straight or round curve leaves open get a finite value.
 const LOOSE: (f64, f64) = (0.1, 1.0);
-/// A step of the place is damped as if it were known to this, m and rad.
+/// Damping of a step of the place, as a prior of this size, m and rad.
 const DAMPED: (f64, f64) = (1e-3, 10e-3);
 
 /// A known curve at a place.
@@ -25,18 +25,18 @@ const DAMPED: (f64, f64) = (1e-3, 10e-3);
 pub(crate) struct Placed {
     /// The curve in the part's frame, with its normals.
     drawn: Arc<(Spline, Vec<[Vector3<f64>; 2]>)>,
-    /// Where the part is.
+    /// Pose of the part.
     pub base_from_part: Pose,
-    /// How much larger the part is than drawn, as a part of it.
+    /// Relative excess of the part's size over the drawing.
     pub larger: f64,
     /// Root mean square distance of the drawn curve from its middle, m.
     pub radius_m: f64,
-    /// How far the seam is off the curve in both normals of each control point, m.
+    /// Distance of the seam from the curve in both normals of each control point, m.
     pub off_m: Vec<Vector2<f64>>,
 }
 
 impl Placed {
-    /// A curve in a part that is somewhere.
+    /// A curve in a part, at any pose.
     #[must_use]
     pub(crate) fn new(drawn: Spline, base_from_part: Pose) -> Self {
         let off_m = vec![Vector2::zeros(); drawn.control.len()];
@@ -72,14 +72,14 @@ impl Placed {
         self.base_from_part.rotation * middle_of(&self.drawn.0) + self.base_from_part.translation.vector
     }
 
-    /// The drawn curve where the part is, without what the seam is off it.
+    /// The drawn curve at the part's pose, without the distances of the seam from it.
     #[must_use]
     pub(crate) fn as_drawn(&self) -> Spline {
         let off_m = vec![Vector2::zeros(); self.off_m.len()];
         Self { larger: 0.0, off_m, ..self.clone() }.spline()
     }
 
-    /// After a step of two for each control point and those of the place.
+    /// After a step of two unknowns for each control point and those of the place.
     #[must_use]
     pub(crate) fn moved(&self, step: &[f64]) -> Self {
         let (of_form, of_place) = step.split_at(2 * self.off_m.len());
@@ -103,13 +103,13 @@ fn middle_of(drawn: &Spline) -> Vector3<f64> {
     drawn.control.iter().sum::<Vector3<f64>>() / drawn.control.len() as f64
 }
 
-/// Adds the prior of the place of any part behind the unknowns of the control points.
+/// Adds the prior of a part's place behind the unknowns of the control points.
 pub(crate) fn add_loose_place(equations: &mut Arrow, control: usize) {
     add_place(equations, control, LOOSE);
 }
 
-/// Damps a step of the place, so that a part does not slide along a curve that is straight or round. It is no knowledge: of a curve
-/// whose place matters to the hand-eye transform it would say what the scan does not.
+/// Damps a step of the place, so that a part does not slide along a straight or round curve. This is no information: as a prior
+/// it would determine directions of the hand-eye transform that the scan does not.
 pub(crate) fn damp_place(equations: &mut Arrow, control: usize) {
     add_place(equations, control, DAMPED);
 }

@@ -6,7 +6,7 @@ use crate::input::observations::Observations;
 use nalgebra::{Vector2, Vector3};
 use trueline_model::{LaserSheet, SheetShape};
 
-/// A seam point that was measured.
+/// A measured seam point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reading {
     /// Stamp of its image, s.
@@ -19,20 +19,20 @@ pub(crate) struct Reading {
     pub covariance: [f64; 3],
     /// Row of the feature in the recording, from 0.
     pub row: u32,
-    /// Which line.
+    /// Label of the line.
     pub line: u32,
 }
 
-/// All of a scan.
+/// All readings of a scan.
 #[derive(Clone, Debug)]
 pub(crate) struct Readings {
-    /// By rising stamp.
+    /// By increasing stamp.
     pub list: Vec<Reading>,
     /// The robot.
     pub motion: Motion,
     /// The laser sheet.
     pub sheet: LaserSheet,
-    /// Noise that all share.
+    /// Noise shared by all readings.
     pub noise: NoiseLevels,
 }
 
@@ -56,7 +56,7 @@ impl Readings {
         }
     }
 
-    /// The lines that were seen, rising.
+    /// Labels of the observed lines, in increasing order.
     #[must_use]
     pub(crate) fn labels(&self) -> Vec<u32> {
         let mut labels: Vec<u32> = self.list.iter().map(|reading| reading.line).collect();
@@ -65,12 +65,12 @@ impl Readings {
         labels
     }
 
-    /// The readings of a line, by their places in the list.
+    /// The readings of a line, by index.
     pub(crate) fn of_line(&self, label: u32) -> impl Iterator<Item = usize> {
         self.list.iter().enumerate().filter(move |(_, reading)| reading.line == label).map(|(k, _)| k)
     }
 
-    /// The same where the sheet has a shape.
+    /// The same for a sheet with a shape.
     #[must_use]
     pub(crate) fn corrected(&self, shape: &SheetShape) -> Self {
         let mut corrected = self.clone();
@@ -82,7 +82,7 @@ impl Readings {
         corrected
     }
 
-    /// How long the scan lasts, s.
+    /// Duration of the scan, s.
     #[must_use]
     pub(crate) fn lasts_s(&self) -> f64 {
         match (self.list.first(), self.list.last()) {

@@ -1,15 +1,15 @@
-//! Where a drawn curve lies in base: the curve that a scan found, laid over the drawing at every place of it and in both directions.
+//! Pose of a drawn curve in base: the scan's curve is laid over the drawing at every place of it, in both directions.
 //!
-//! At each start along the drawing the two curves are paired by arc length and laid over each other in closed form \[Kabsch1976\]; the
-//! best few of these are then refined so that only distances square to the curve count. A second place that fits as well within the
-//! tolerance is a symmetry of the part.
+//! At each start along the drawing the two curves are paired by arc length and aligned in closed form \[Kabsch1976\]. The best
+//! few are refined with distances perpendicular to the curve only. A second place that fits as well within the tolerance is a
+//! symmetry of the part.
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 use trueline_geometry::{Polyline, Pose, se3, so3};
 
-/// Starts along the drawing are this far apart, m …
+/// Distance of the starts along the drawing, m …
 const START_M: f64 = 2e-3;
-/// … and at most this number.
+/// … and their maximum number.
 const MOST_STARTS: usize = 20_000;
 /// Points of the scan's curve that are paired at each start.
 const PAIRED: usize = 48;
@@ -17,29 +17,30 @@ const PAIRED: usize = 48;
 const REFINED: usize = 10;
 /// Steps of the refinement.
 const STEPS: usize = 25;
-/// Damping of the refinement, as a part of the mean information.
+/// Damping of the refinement, as a fraction of the mean information.
 const DAMPING: f64 = 1e-3;
-/// This part of the scan's curve must lie beside the drawing.
+/// This fraction of the scan's curve must lie beside the drawing.
 const LEAST_BESIDE: f64 = 0.85;
-/// A point beyond an end of the drawing counts as so far off, m.
+/// Distance assigned to a point beyond an end of the drawing, m.
 const BEYOND_M: f64 = 1e-3;
-/// Places are two if they differ by more than this, rad and m.
+/// Two places are different if they are farther apart than this, rad and m.
 const TWO: (f64, f64) = (2.0 * std::f64::consts::PI / 180.0, 1e-3);
-/// A place is as good as the best if its squares, over the tolerance, exceed the best's by less: three standard deviations.
+/// A place fits as well as the best if its squares, over the tolerance, exceed the best's by less than this: three standard
+/// deviations.
 const AS_GOOD: f64 = 9.0;
 /// Errors of a curve are independent over about this length, m.
 const INDEPENDENT_M: f64 = 10e-3;
-/// The part slides by more than this along a direction that the drawing leaves open, m.
+/// A direction is open if the part slides along it by more than this, m.
 const SLIDES_M: f64 = 1e-3;
 
-/// A drawing that lies on itself after a turn.
+/// A turn that maps a drawing onto itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Symmetry {
     /// Unit vector of the axis in base.
     pub axis: Vector3<f64>,
     /// A point of it in base, m.
     pub point_m: Vector3<f64>,
-    /// The turn, rad; `None` where it is any.
+    /// The turn, rad; `None` if any turn does.
     pub angle_rad: Option<f64>,
 }
 
@@ -48,12 +49,12 @@ pub struct Symmetry {
 pub(crate) struct Evenly {
     points: Vec<Vector3<f64>>,
     step_m: f64,
-    /// Whether its end is its beginning.
+    /// Whether the curve is closed.
     pub closed: bool,
 }
 
 impl Evenly {
-    /// Along straight pieces between points, about `step_m` apart; `None` where they have no length.
+    /// Along straight segments between points, about `step_m` apart; `None` if they have no length.
     #[must_use]
     pub(crate) fn along(corners: &[Vector3<f64>], step_m: f64, closed: bool) -> Option<Self> {
         let ring = closed.then(|| corners[0]);
@@ -88,7 +89,7 @@ impl Evenly {
         Self { points, step_m: f64::EPSILON, closed: false }
     }
 
-    /// A drawing, times a factor; ends nearer than `closed_m` are one.
+    /// A drawing, times a factor; ends nearer than `closed_m` coincide.
     #[must_use]
     pub(crate) fn of_drawing(curve: &Polyline, factor: f64, closed_m: f64) -> Option<Self> {
         let mut points: Vec<Vector3<f64>> = curve.points().iter().map(|point| point * factor).collect();
@@ -107,14 +108,14 @@ impl Evenly {
         pieces as f64 * self.step_m
     }
 
-    /// The point at a length along it, m; `None` beyond the ends of an open one.
+    /// The point at a length along it, m; `None` beyond the ends of an open curve.
     #[must_use]
     pub(crate) fn at(&self, along_m: f64) -> Option<Vector3<f64>> {
         let count = self.points.len();
         let place = along_m / self.step_m;
         let place = if self.closed { place.rem_euclid(count as f64) } else { place };
         let last = if self.closed { count } else { count - 1 };
-        // A millionth of a step beyond an end is rounding.
+        // Rounding: a millionth of a step beyond an end.
         if !(-1e-6..=last as f64 + 1e-6).contains(&place) {
             return None;
         }
@@ -129,7 +130,7 @@ impl Evenly {
         (ahead - behind).try_normalize(f64::EPSILON)
     }
 
-    /// How far it bends away from the straight line that is nearest to it, m.
+    /// Largest distance from the nearest straight line, m.
     #[must_use]
     pub(crate) fn bends_m(&self) -> f64 {
         bends_m(&self.points)
@@ -142,7 +143,7 @@ impl Evenly {
     }
 }
 
-/// How far points are from the line that is nearest to them, the farthest of them, m.
+/// Largest distance of points from their nearest line, m.
 #[must_use]
 pub(crate) fn bends_m(points: &[Vector3<f64>]) -> f64 {
     let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
@@ -156,19 +157,19 @@ pub(crate) fn bends_m(points: &[Vector3<f64>]) -> f64 {
 /// A drawing laid over a scan's curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Laid {
-    /// Where the part is.
+    /// Pose of the part.
     pub base_from_part: Pose,
-    /// Where on the drawing the scan's curve begins and ends, m along it; the second is smaller where they run against each other.
+    /// Ends of the scan's curve on the drawing, m along it; the second is smaller if the directions are opposite.
     pub span_m: [f64; 2],
     /// Root mean square distance, m.
     pub rms_m: f64,
-    /// The farthest, m.
+    /// Largest distance, m.
     pub worst_m: f64,
     /// Another place that fits as well.
     pub symmetry: Option<Symmetry>,
 }
 
-/// Lays a drawing over a scan's curve; `None` where the drawing is too short for it.
+/// Lays a drawing over a scan's curve; `None` if the drawing is too short for it.
 #[must_use]
 pub(crate) fn laid(scan: &Evenly, drawing: &Evenly, tolerance_m: f64) -> Option<Laid> {
     let mut places: Vec<Place> = starts(scan, drawing)
@@ -198,7 +199,7 @@ struct Start {
     squared: f64,
 }
 
-/// The starts from which others do not fit better, the best first.
+/// Starts that fit better than their neighbours, the best first.
 fn starts(scan: &Evenly, drawing: &Evenly) -> Vec<Start> {
     let pairs = scan.thinned(PAIRED);
     let (length_m, over_m) = (drawing.length_m(), (1.0 - LEAST_BESIDE) * scan.length_m());
@@ -241,14 +242,14 @@ fn start(pairs: &[(f64, Vector3<f64>)], drawing: &Evenly, along_m: f64, forward:
     Some(Start { base_from_part, along_m, forward, squared })
 }
 
-/// The mean of squares with those of the points beyond an end, m²: of a round curve every place fits as well, and the one that holds all of
-/// the scan is meant.
+/// Mean of squares including the points beyond an end, m². On a round curve every place fits as well; this selects the one that
+/// contains all of the scan.
 fn with_beyond(squared: f64, beside: usize, all: usize) -> f64 {
     let beyond = (all - beside) as f64;
     (squared * beside as f64 + beyond * BEYOND_M.powi(2)) / all as f64
 }
 
-/// The pose that lays the second points over the first, and their mean squared distance, m² \[Kabsch1976\].
+/// The pose that aligns the second points with the first, and their mean squared distance, m² \[Kabsch1976\].
 fn over_each_other(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<(Pose, f64)> {
     let count = pairs.len() as f64;
     let to = pairs.iter().map(|pair| pair.0).sum::<Vector3<f64>>() / count;
@@ -275,7 +276,7 @@ struct Place {
     base_from_part: Pose,
     span_m: [f64; 2],
     rms_m: f64,
-    /// Mean of squares with what is beyond an end, m².
+    /// Mean of squares including points beyond an end, m².
     squared: f64,
     worst_m: f64,
     middle: Vector3<f64>,
@@ -284,7 +285,7 @@ struct Place {
 }
 
 impl Start {
-    /// So that distances square to the drawing are least; `None` where too little of the scan lies beside the drawing.
+    /// The place with the least distances perpendicular to the drawing; `None` if too little of the scan lies beside it.
     fn refined(&self, scan: &Evenly, drawing: &Evenly) -> Option<Place> {
         let points = scan.thinned(4 * PAIRED);
         let middle = points.iter().map(|(_, point)| point).sum::<Vector3<f64>>() / points.len() as f64;
@@ -320,7 +321,7 @@ impl Start {
                 middle,
                 information,
             });
-            // A straight or round curve slides along itself: that is damped by a part of the rest.
+            // A straight or round curve slides along itself. A fraction of the other information damps this.
             let mean = |first: usize| (0..3).map(|k| information[(first + k, first + k)]).sum::<f64>() / 3.0;
             let damping = Vector6::from_fn(|k, _| DAMPING * if k < 3 { mean(0) } else { mean(3) });
             let step = (information + Matrix6::from_diagonal(&damping)).cholesky()?.solve(&gradient);
@@ -336,7 +337,8 @@ impl Start {
     }
 }
 
-/// From the drawing to a point, square to it, and its tangent, in base; `along_m` follows the point along the drawing. `None` beyond an end.
+/// From the drawing to a point, perpendicular to it, and the tangent, in base; `along_m` follows the point along the drawing.
+/// `None` beyond an end.
 fn across(
     drawing: &Evenly,
     pose: &Pose,
@@ -358,7 +360,7 @@ fn across(
 impl Place {
     /// The direction in which the drawing slides along itself.
     fn slides(&self, tolerance_m: f64) -> Option<Symmetry> {
-        // Turns count by the way of a point at the mean distance from the middle.
+        // Turns are measured by the travel of a point at the mean distance from the middle.
         let (shifts, turns) = self.information.diagonal().into_iter().enumerate().fold(
             (0.0, 0.0),
             |(shifts, turns), (k, value)| {
@@ -375,7 +377,7 @@ impl Place {
         let (shift, turn) =
             (direction.fixed_rows::<3>(0).into_owned(), direction.fixed_rows::<3>(3).into_owned());
         let rate = turn.norm();
-        // A straight curve slides and does not turn: that is no axis.
+        // A straight curve slides without a turn, so it has no axis.
         let is_turn = rate * radius_m > 0.1;
         (sigma_m > SLIDES_M && is_turn).then(|| Symmetry {
             axis: turn / rate,
@@ -401,7 +403,7 @@ impl Place {
             return None;
         }
         let axis = turn.try_normalize(TWO.0)?;
-        // The point of the axis that is nearest to the middle: what the turn moves the middle by, seen from the axis.
+        // The point of the axis nearest to the middle, from the displacement of the middle by the turn.
         let flat = shift - axis * axis.dot(&shift);
         let point_m = self.middle + (flat + axis.cross(&flat) / (0.5 * angle).tan()) * 0.5;
         Some(Symmetry { axis, point_m, angle_rad: Some(angle) })

@@ -19,7 +19,7 @@ use trueline_dataset::Guess;
 pub(crate) struct Rival {
     /// The answer.
     pub rough: Rough,
-    /// How it compares with the best.
+    /// Comparison with the best.
     pub test: PairedTest,
     /// Its noise factor: residuals divided by the expected noise.
     pub factor: f64,
@@ -33,11 +33,11 @@ impl Rival {
     }
 }
 
-/// A rival that explains a larger part of what the best explains is named.
+/// A rival is named if it explains more than this fraction of the readings that the best explains.
 const NAMED: f64 = 0.5;
-/// Windows explain at least what a curve explains: an answer of which they explain less than this is no rival.
+/// Windows explain at least as much as a curve. An answer of which they explain less than this is no rival.
 const WORTH_FITTING: f64 = 0.35;
-/// Rivals that are fitted at most.
+/// Maximum number of fitted rivals.
 const MOST: usize = 8;
 /// Windows of the search, s.
 const WINDOW_S: f64 = 2.0;
@@ -54,7 +54,7 @@ pub(crate) fn find(readings: &Readings, best: &Rough, within_s: f64, threads: us
     compared(readings, best, &candidates, None, threads)
 }
 
-/// The candidates that are another answer, compared with the best; the hand-eye transform as it is known, if stated.
+/// The different candidates, compared with the best, with the prior of the hand-eye transform, if stated.
 #[must_use]
 pub(crate) fn compared(
     readings: &Readings,
@@ -95,7 +95,7 @@ fn attitudes(readings: &Readings, at: &Guess) -> [Guess; 4] {
     [*at, about(*readings.sheet.plane().normal()), about(axis(0)), about(axis(1))]
 }
 
-/// How a rival compares with the best, reading by reading.
+/// Comparison of a rival with the best, reading by reading.
 fn compare(readings: &Readings, best: &Fitted, rival: &Fitted) -> Option<PairedTest> {
     let factor = best.median_factor(readings).min(rival.median_factor(readings));
     let squares = |fitted: &Fitted| -> Vec<f64> {

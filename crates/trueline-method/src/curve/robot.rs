@@ -1,6 +1,6 @@
-//! What the answer owes to the robot: errors that follow its pose.
+//! Contribution of the robot's errors, which follow its pose.
 //!
-//! What all passes share goes into the curve and does no harm; what differs between them goes into clock and hand-eye transform.
+//! The curve absorbs errors that all passes share. Differences between passes move clock and hand-eye transform.
 
 use crate::assess::robot_field::{RobotField, RobotSigmas};
 use crate::curve::fit::Fitted;
@@ -10,10 +10,11 @@ use crate::curve::sight::moving;
 use nalgebra::Matrix2xX;
 use trueline_geometry::{Pose, se3, so3};
 
-/// Readings on which the robot's errors are looked at; of more, one in several represents the rest, for these errors change slowly.
+/// Readings at which the robot's errors are evaluated. Of more, every n-th represents the others, because these errors change
+/// slowly.
 const MOST_READINGS: usize = 800;
 
-/// How each mode of the robot's errors moves the readings, of unit variance.
+/// Displacement of the readings by each mode of the robot's errors, of unit variance.
 #[must_use]
 pub(crate) fn moves(readings: &Readings, fitted: &Fitted, sigmas: RobotSigmas) -> Moves {
     let every = readings.list.len().div_ceil(MOST_READINGS).max(1);
@@ -35,7 +36,7 @@ pub(crate) fn moves(readings: &Readings, fitted: &Fitted, sigmas: RobotSigmas) -
     Moves { errors: 6 * field.modes(), readings, every }
 }
 
-/// One in several readings that carry weight, with the robot's pose at each.
+/// Every n-th reading with a weight, with the robot's pose at each.
 fn poses(readings: &Readings, fitted: &Fitted, every: usize) -> Vec<(usize, Pose)> {
     let carries = |k: &usize| fitted.weights[*k] > 0.0;
     let pose = |k: usize| {

@@ -1,8 +1,9 @@
-//! Observability of clock and hand-eye transform from a scan over an unknown curve: only by its data, not by the prior.
+//! Observability of clock and hand-eye transform from a scan over an unknown curve: by its data alone, without the prior.
 //!
-//! The prior of a curve is information about clock and hand-eye that is not there: a smaller curve is smoother, and the lever
-//! follows. So rank and ± are those of F, direction by direction the weaker of F₀, with the prior a million times weaker, and of F₁,
-//! with the estimated curve as a rigid body of free place: with w, V of F₁ V = (F₀ + ε) V w, F = V⁻ᵀ diag(min(w, 1)) V⁻¹.
+//! The prior of a curve adds information on clock and hand-eye transform that the data do not contain: a smaller curve is
+//! smoother, and the lever follows. So rank and ± are those of F. In each direction F is the weaker of F₀ and F₁. F₀ has a prior
+//! a million times weaker. F₁ has the estimated curve as a rigid body of free place. With w, V of F₁ V = (F₀ + ε) V w, F = V⁻ᵀ
+//! diag(min(w, 1)) V⁻¹.
 
 use crate::curve::arrow::SHARED;
 use crate::curve::fit::Fitted;
@@ -12,14 +13,15 @@ use trueline_geometry::so3;
 
 type Shared = SMatrix<f64, SHARED, SHARED>;
 
-/// A direction is seen if it is better known than this in t_d (s), φ (rad) and t (m).
+/// A direction is observable if its standard deviation is below this in t_d (s), φ (rad) and t (m).
 const SEEN: [f64; 3] = [5e-3, std::f64::consts::PI / 180.0, 5e-3];
-/// What is known of t_d (s), φ (rad) and t (m) without any scan.
+/// Prior standard deviations of t_d (s), φ (rad) and t (m) without any scan.
 const WIDE: [f64; 3] = [1.0, 1.0, 0.3];
-/// The prior of the curve is weakened by this.
+/// Factor that weakens the prior of the curve.
 const WEAKER: f64 = 1e-6;
 
-/// Where a direction is not shown at all, rounding leaves no root; this part of each diagonal entry is far less than what counts as seen.
+/// In an unobservable direction, rounding leaves no root. This fraction of each diagonal entry is far below the required
+/// information.
 const LEAST_ROOT: f64 = 1e-10;
 
 /// The size of a component of the tangent, by groups.
@@ -30,26 +32,26 @@ fn of_group<const N: usize>(sizes: [f64; 3]) -> SVector<f64, N> {
 /// Observability of a scan.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
-    /// Number of directions that are seen.
+    /// Number of observable directions.
     pub rank: usize,
-    /// Singular values in units of what counts as seen, falling.
+    /// Singular values in units of the required information, decreasing.
     pub singular_values: [f64; SHARED],
-    /// Unseen directions as unit vectors of the components in units of what counts as seen, one column each.
+    /// Unobservable directions as unit vectors of the components in units of the required information, one column each.
     pub unseen: DMatrix<f64>,
-    /// Whether each component means anything.
+    /// Whether each component is determined.
     pub components: [bool; SHARED],
-    /// Covariance by noise, with what is known without any scan.
+    /// Covariance from noise, with the prior without any scan.
     pub covariance: Shared,
 }
 
 impl Seen {
-    /// Of a fit with third differences of a size, m, and a variance of the noise over what was expected.
+    /// From a fit with third differences of a size, m, and the variance of the noise over the expected one.
     #[must_use]
     pub(crate) fn of(fitted: &Fitted, parts: &Parts, s3_m: f64, variance: f64) -> Option<Self> {
         Self::from_information(weaker(&without_prior(parts, s3_m)?, &rigid(fitted)?)? / variance)
     }
 
-    /// Beside a curve of a known form, which may be so far off, m: what is known of it is no prior of the estimate's own making.
+    /// Beside a curve of known form with this tolerance, m. Its prior comes from the drawing, so it counts.
     #[must_use]
     pub(crate) fn of_known_form(parts: &Parts, tolerance_m: f64, variance: f64) -> Option<Self> {
         let root = parts.of_data(tolerance_m).damped(LEAST_ROOT).root()?;
@@ -67,7 +69,8 @@ impl Seen {
             DMatrix::from_fn(SHARED, SHARED - rank, |row, k| eigen.eigenvectors[(row, order[rank + k])]);
         let known = information + Shared::from_diagonal(&wide.map(|size| size.powi(-2)));
         let covariance = known.cholesky()?.inverse();
-        // With what is known without a scan in it, a component that goes with an unseen direction is not known either.
+        // The covariance contains the prior without any scan. A component with a part in an unobservable direction is therefore
+        // not determined.
         let is_seen = |k: usize| covariance[(k, k)].sqrt() < units[k];
         Some(Self {
             rank,
@@ -81,7 +84,7 @@ impl Seen {
     /// Information that holds directions with less than a share of the required information.
     #[must_use]
     pub(crate) fn holding(&self, least: f64) -> Shared {
-        /// Held directions are known to this part of what counts as seen.
+        /// Standard deviation of a held direction, as a fraction of the required one.
         const HELD: f64 = 1e-3;
         let units = of_group::<SHARED>(SEEN);
         let mut held = Shared::zeros();
@@ -96,12 +99,12 @@ impl Seen {
     }
 }
 
-/// F₀: beside a curve with hardly any prior.
+/// F₀: with hardly any prior of the curve.
 fn without_prior(parts: &Parts, s3_m: f64) -> Option<Shared> {
     Some(parts.of_data(s3_m / WEAKER.sqrt()).damped(LEAST_ROOT).root()?.shared_information())
 }
 
-/// F₁: beside the place of the curve as a rigid body.
+/// F₁: with the curve as a rigid body of free place.
 fn rigid(fitted: &Fitted) -> Option<Shared> {
     const PLACE: usize = 6;
     let spline = &fitted.state.spline;
@@ -123,7 +126,7 @@ fn rigid(fitted: &Fitted) -> Option<Shared> {
         cross += by_place.tr_mul(&by_shared) * *weight;
         place += by_place.tr_mul(&by_place) * *weight;
     }
-    // A straight curve does not show its turn about itself: a rotation of 1e-6 of its information.
+    // A straight curve does not determine its turn about itself: this is 1e-6 of the information on a rotation.
     let scale = place.diagonal().map(|d| d.max(f64::MIN_POSITIVE).sqrt());
     let scaled = SMatrix::<f64, PLACE, PLACE>::from_fn(|i, j| place[(i, j)] / (scale[i] * scale[j]));
     let eigen = SymmetricEigen::try_new(scaled, f64::EPSILON, 1000)?;
@@ -139,10 +142,10 @@ fn rigid(fitted: &Fitted) -> Option<Shared> {
     Some((information + information.transpose()) * 0.5)
 }
 
-/// Directions of the place with less than this of the largest are no place: rounding.
+/// Directions of the place below this fraction of the largest are rounding errors.
 const LEAST_PLACE: f64 = 1e-9;
 
-/// Direction by direction the weaker of two.
+/// In each direction the weaker of the two.
 fn weaker(first: &Shared, second: &Shared) -> Option<Shared> {
     /// Least information of the first, in units of the required information, for a root.
     const LEAST: f64 = 1e-9;

@@ -1,13 +1,14 @@
-//! The shape of the sensor beside a curve: five more unknowns with what is known of them, by one linear step at the optimum.
+//! The shape of the sensor beside a curve: five more unknowns with a prior, by one linear step at the optimum.
 //!
-//! With r = J x + Z ξ + noise of variance v, ξ ~ N(0, 1) for every error that is considered, and M = JᵀWJ with the curve's prior:
+//! With r = J x + Z ξ + noise of variance v, ξ ~ N(0, 1) for every considered error, and M = JᵀWJ with the curve's prior:
 //!
 //! ```text
 //! N = ZᵀWZ − (JᵀWZ)ᵀ M⁻¹ JᵀWZ,  P = (1 + N/v)⁻¹,  ξ̂ = P ZᵀWr/v
 //! ```
 //!
-//! Robot, edge and detector are in ξ, so that what they do is not taken for the sensor's; but only the sensor's part of ξ̂ is used. Then the answer is
-//! off by Xᵣ ξᵣ + Xₛ (ξₛ − ξ̂ₛ) with X = M⁻¹JᵀWZ, and ξₛ − ξ̂ₛ = Pₛᵣ ξᵣ + q with q ~ N(0, Pₛₛ − Pₛᵣ Pᵣₛ).
+//! Robot, edge and detector are in ξ, so that their errors are not attributed to the sensor. Only the sensor's part of ξ̂ is
+//! used. Then the answer is off by Xᵣ ξᵣ + Xₛ (ξₛ − ξ̂ₛ) with X = M⁻¹JᵀWZ, and ξₛ − ξ̂ₛ = Pₛᵣ ξᵣ + q with q ~ N(0, Pₛₛ − Pₛᵣ
+//! Pᵣₛ).
 
 use crate::assess::seam_error::{Share, ShareOf};
 use crate::curve::considered::{Considered, Errors, ShapeError};
@@ -18,14 +19,14 @@ use nalgebra::{DMatrix, DVector, SVector};
 use std::ops::Range;
 use trueline_model::SheetShape;
 
-/// Rounds of the noise level, which falls by what the shape explains.
+/// Rounds of the noise level, which falls as the shape explains residuals.
 const ROUNDS: usize = 3;
 
-/// A fit beside which the shape was estimated.
+/// A fit with an estimated sensor shape.
 pub(crate) struct WithShape {
     /// The fit, moved.
     pub finished: Finished,
-    /// What the errors make of all unknowns.
+    /// Contributions of the errors to all unknowns.
     pub shares: Vec<Share>,
     /// The correction of the sheet.
     pub shape: SheetShape,
@@ -33,13 +34,13 @@ pub(crate) struct WithShape {
 
 /// The equations of the errors beside all unknowns.
 struct Beside {
-    /// X: how each error moves all unknowns.
+    /// X: displacement of all unknowns by each error.
     moved: DMatrix<f64>,
     /// N.
     information: DMatrix<f64>,
     /// ZᵀWr.
     score: DVector<f64>,
-    /// Places of each kind of error in ξ.
+    /// Range of each kind of error in ξ.
     places: Vec<Range<usize>>,
 }
 
@@ -86,7 +87,7 @@ impl Beside {
     }
 }
 
-/// The fit with the shape of its sensor; `None` where that is not asked for, or some error is not known of every reading.
+/// The fit with the shape of its sensor; `None` if that is not requested, or if some error is not known for every reading.
 #[must_use]
 pub(crate) fn with_shape(readings: &Readings, finished: &Finished, errors: &Errors<'_>) -> Option<WithShape> {
     let is_seen = finished.seen.components.iter().all(|seen| *seen);
@@ -119,7 +120,7 @@ pub(crate) fn with_shape(readings: &Readings, finished: &Finished, errors: &Erro
     Some(WithShape { finished: finished.moved(&readings.corrected(&shape), &-step, variance), shares, shape })
 }
 
-/// What each kind of error makes of all unknowns and of the shape.
+/// Contribution of each kind of error to all unknowns and to the shape.
 fn shares(
     considered: &[Considered],
     beside: &Beside,

@@ -1,4 +1,4 @@
-//! A point of the curve as the sensor sees it: residual in the sheet, and how it follows from every unknown.
+//! One reading as the sensor sees it: the residual in the sheet, and its derivatives by all unknowns.
 //!
 //! With f = R_BEᵀ(c(u) − p_BE) at the exposure and w(u) = R_ECᵀ(f − t) in the camera frame, u is where n·w(u) = d on the
 //! sheet. The residual is Eᵀ(measured − w), with E the axes of the sheet. Eliminating du, every derivative of the prediction
@@ -20,11 +20,11 @@ use trueline_dataset::Guess;
 use trueline_geometry::{se3, so3};
 use trueline_model::LaserSheet;
 
-/// A curve that runs along the sheet more than this (cosine to the sheet's normal) has no information on where it crosses it.
+/// The crossing is undetermined if the curve runs along the sheet more than this (cosine to the sheet's normal).
 const LEAST_CROSSING: f64 = 0.2;
-/// Newton's steps, at most …
+/// Maximum number of Newton steps …
 const STEPS: usize = 8;
-/// … each at most this number of knots …
+/// … of at most this number of knots each …
 const MOST_KNOTS: f64 = 2.0;
 /// … until u moves by less, m.
 const CONVERGED_M: f64 = 1e-9;
@@ -32,15 +32,15 @@ const CONVERGED_M: f64 = 1e-9;
 /// One reading against the curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sight {
-    /// Where the curve crosses the sheet, u in m.
+    /// Crossing of the curve with the sheet, u in m.
     pub u_m: f64,
     /// The spline's weights there.
     pub basis: Basis,
     /// Measured minus predicted in the sheet, m.
     pub residual: Vector2<f64>,
-    /// How the prediction moves with t_d (s), φ (rad) and t (m).
+    /// Derivatives of the prediction by t_d (s), φ (rad) and t (m).
     pub by_shared: SMatrix<f64, 2, SHARED>,
-    /// How it moves with the point of the curve in base.
+    /// Its derivative by the point of the curve in base.
     pub by_point: SMatrix<f64, 2, 3>,
     /// From the tool's origin to the measured point, in base, m.
     pub lever: Vector3<f64>,
@@ -48,7 +48,7 @@ pub(crate) struct Sight {
     pub tangent: Vector3<f64>,
 }
 
-/// The hand-eye transform as it is used for every reading.
+/// The hand-eye transform, prepared for all readings.
 #[derive(Clone, Copy)]
 pub(crate) struct HandEye {
     /// R_EC.
@@ -58,7 +58,7 @@ pub(crate) struct HandEye {
 }
 
 impl HandEye {
-    /// Of a state.
+    /// From a state.
     #[must_use]
     pub(crate) fn of(at: &Guess) -> Self {
         Self {
@@ -114,7 +114,7 @@ impl View<'_> {
         (seen, self.camera_from_base * tangent)
     }
 
-    /// u where the curve crosses the sheet, by Newton's method; `None` where it leaves the curve.
+    /// u of the curve's crossing with the sheet, by Newton's method; `None` if it leaves the curve.
     fn crossing(&self, from_u_m: f64) -> Option<f64> {
         let (normal, offset_m) = (self.sheet.plane().normal(), self.sheet.plane().offset());
         let most_m = MOST_KNOTS * self.spline.spacing_m;
@@ -129,7 +129,7 @@ impl View<'_> {
             }
             u_m += step_m.clamp(-most_m, most_m);
             if !self.spline.closed {
-                // One knot beyond the ends the last segment still is a curve.
+                // The last segment is extended by one knot.
                 u_m = u_m.clamp(from_m - self.spline.spacing_m, to_m + self.spline.spacing_m);
             }
             if step_m.abs() < CONVERGED_M {
@@ -141,13 +141,13 @@ impl View<'_> {
     }
 }
 
-/// The robot when a reading was exposed.
+/// The robot at the exposure of a reading.
 #[must_use]
 pub(crate) fn moving(readings: &Readings, reading: &Reading, at: &Guess) -> Option<Moving> {
     readings.motion.at(reading.stamp_s - at.time_offset_s)
 }
 
-/// A reading against the curve, looked for from `from_u_m`; `None` where the curve does not cross the sheet, or along it.
+/// A reading against the curve, searched from `from_u_m`; `None` if the curve does not cross the sheet, or runs along it.
 #[must_use]
 pub(crate) fn sight(
     readings: &Readings,

@@ -1,8 +1,8 @@
 //! Smoothness of the curve: restricted maximum likelihood of the size of its third differences.
 //!
-//! The curve is fitted loosely, its weights are kept, and then it is stiffened: with weights that follow, bends are thrown out
-//! as outliers. At a loose optimum all is quadratic in the curve, so every size is evaluated from one set of equations:
-//! −½\[ν log(J/ν) + log|H| + log|S| − q log λ\], J = rss + λ |bends|², λ = 1/s3² in units of the noise.
+//! The curve is first fitted loosely, then stiffened with the same weights. With changing weights, bends would be rejected as
+//! outliers. At a loose optimum the cost is quadratic in the curve, so one set of equations gives every size: −½\[ν log(J/ν) +
+//! log|H| + log|S| − q log λ\], J = rss + λ |bends|², λ = 1/s3² in units of the noise.
 
 use crate::curve::arrow::{Arrow, ArrowRoot, SHARED};
 use crate::curve::equations::{Known, add_known, add_prior};
@@ -13,11 +13,11 @@ use crate::curve::sight::step_between;
 const LOOSEST_M: f64 = 30e-3;
 /// … and of the stiffest, m: a straight line.
 const STIFFEST_M: f64 = 0.3e-6;
-/// Third differences follow the spacing of the knots by this power; they are those of this spacing, m.
+/// Third differences are proportional to this power of the knot spacing; those above are for this spacing, m.
 const BY_SPACING: (f64, f64) = (2.5, 10e-3);
-/// One size after the other, by this factor.
+/// Factor from one size to the next.
 const GRID: f64 = 3.0;
-/// Number of failures in a row that ends the search.
+/// Consecutive failures that end the search.
 const WORSE: usize = 2;
 
 /// The loosest size for a spacing of the knots, m.
@@ -41,7 +41,7 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// At a fit.
+    /// From a fit.
     #[must_use]
     pub(crate) fn of(fitted: &Fitted, known: &Known) -> Self {
         let state = &fitted.state;
@@ -68,13 +68,13 @@ impl Parts {
         self.data.plus(&self.prior, s3_m.powi(-2)).plus(&self.known, 1.0)
     }
 
-    /// Without any prior but that of a size, m, that the equations have a solution.
+    /// With the weakest prior for which the equations have a solution, of a size, m.
     #[must_use]
     pub(crate) fn of_data(&self, s3_m: f64) -> Arrow {
         self.data.plus(&self.prior, s3_m.powi(-2))
     }
 
-    /// Restricted log likelihood of a size, m; `None` where the equations have no solution.
+    /// Restricted log likelihood of a size, m; `None` if the equations have no solution.
     #[must_use]
     pub(crate) fn evidence(&self, s3_m: f64) -> Option<f64> {
         let (equations, stiffness) = (self.with(s3_m), s3_m.powi(-2));
@@ -101,14 +101,14 @@ impl Parts {
         pairs.map(|(i, j)| inverse[(i, j)] * self.data.entry(i, j)).sum()
     }
 
-    /// Variance of the noise over what it was expected to be.
+    /// Variance of the noise over the expected one.
     #[must_use]
     pub(crate) fn noise_variance(&self, effective: f64) -> f64 {
         self.squares / (self.readings - effective).max(1.0)
     }
 }
 
-/// The likeliest size, m, with its restricted log likelihood; `None` where no equations have a solution.
+/// The most likely size, m, with its restricted log likelihood; `None` if no equations have a solution.
 #[must_use]
 pub(crate) fn likeliest(parts: &Parts, spacing_m: f64) -> Option<(f64, f64)> {
     let least_m = STIFFEST_M * (spacing_m / BY_SPACING.1).powf(BY_SPACING.0);

@@ -1,4 +1,4 @@
-//! From readings to a curve: the search from nothing or from a guess, and the finish with fine knots.
+//! From readings to a curve: the search, from nothing or from a guess, and the final fit with fine knots.
 
 use crate::curve::arrow::ArrowRoot;
 use crate::curve::equations::{Known, State, sights};
@@ -19,17 +19,17 @@ use trueline_dataset::Guess;
 const KNOTS_M: f64 = 5e-3;
 /// … with at least this number of readings each.
 pub(crate) const READINGS_PER_KNOT: usize = 5;
-/// A reading farther off than this in the search does not count for the end of the curve, m.
+/// Readings farther from the curve than this do not extend its end in the search, m.
 const ENDS_WITHIN_M: f64 = 2e-3;
 /// Rounds of noise level and weights, and steps of each.
 const ROUNDS: usize = 4;
 /// Steps of a round.
 const STEPS: usize = 8;
-/// Directions known to less than half of what counts as seen are held.
+/// Directions known to less than half of the required information are held.
 const HELD: f64 = 1.0;
-/// With a guess windows last so long, s.
+/// Duration of a window with a guess, s.
 const GUESSED_WINDOW_S: f64 = 2.0;
-/// Size of the third differences of a line with a bow, as a part of the stiffest that is looked for.
+/// Third differences of a line with a bow, as a fraction of the stiffest tested size.
 const OF_LINE_M: f64 = 1e-9;
 
 /// A search.
@@ -37,19 +37,19 @@ const OF_LINE_M: f64 = 1e-9;
 pub(crate) struct Search<'a> {
     /// All readings.
     pub readings: &'a Readings,
-    /// Time offsets are looked for within plus and minus this, s.
+    /// Range of the time offset to either side of zero, s.
     pub within_s: f64,
-    /// Where to begin, if stated.
+    /// Start, if stated.
     pub guess: Option<&'a Guess>,
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
 }
 
-/// What a search found.
+/// Result of a search.
 pub(crate) struct Found {
-    /// The best rough answer; `None` where no start leads to a curve.
+    /// The best rough answer; `None` if no start leads to a curve.
     pub best: Option<Rough>,
-    /// What windows explain best.
+    /// The best answer of the windows.
     pub nearest: Option<Candidate>,
 }
 
@@ -66,7 +66,7 @@ impl Search<'_> {
         let (mut best, mut nearest) = (None, None);
         let guessed = self.guess.map(|guess| {
             let start = |time_offset_s: f64| Guess { time_offset_s, ..*guess };
-            // The guess first: what else explains the scan is asked afterwards.
+            // The guess first; other explanations are tested afterwards.
             let starts: Vec<Guess> =
                 std::iter::once(*guess).chain(offsets_s(self.within_s).into_iter().map(start)).collect();
             sifted(&readings, &starts, GUESSED_WINDOW_S, self.threads)
@@ -113,11 +113,11 @@ impl Search<'_> {
 
 /// A curve with fine knots, at its optimum.
 pub(crate) struct Finished {
-    /// The fit, with weights that stay and a noise factor in its whiteners.
+    /// The fit, with constant weights and the noise factor in its whiteners.
     pub fitted: Fitted,
     /// Its equations.
     pub parts: Parts,
-    /// Their root, prior and all.
+    /// Their root, prior included.
     pub root: ArrowRoot,
     /// Size of the third differences, m.
     pub s3_m: f64,
@@ -150,14 +150,14 @@ pub(crate) fn of_all(readings: &Readings, state: &State) -> State {
     State { u_m, ..state.clone() }
 }
 
-/// Knots of an answer, m: fine, but with enough readings each.
+/// Knot spacing of an answer, m: fine, but with enough readings for each knot.
 #[must_use]
 pub(crate) fn knots_m(readings: &Readings, length_m: f64, least_m: f64) -> f64 {
     let most = (readings.list.len() / READINGS_PER_KNOT).max(1);
     KNOTS_M.max(least_m).max(length_m / most as f64)
 }
 
-/// The answer from a rough one, with knots of at least `least_m` and more known of the shared unknowns, if stated.
+/// The answer from a rough one, with knots of at least `least_m` and a prior of the shared unknowns, if stated.
 #[must_use]
 pub(crate) fn finish(
     readings: &Readings,
@@ -175,20 +175,21 @@ pub(crate) fn finish(
     for (u_m, seen) in placed.u_m.iter_mut().zip(&seen_now) {
         *u_m = seen.as_ref().map_or(*u_m, |seen| seen.u_m);
     }
-    // Beyond its readings a curve may lead anywhere: what is cut off has no part in the distance of the knots.
+    // Beyond its readings a curve may lead anywhere, so the knot spacing excludes the part that is cut off.
     let cut = reknotted(&placed, state.spline.spacing_m, Some(&counts))?.spline;
     let spacing_m = spacing_for(&cut, knots_m(readings, cut.length_m(), least_m));
     let state = reknotted(&placed, spacing_m, Some(&counts))?;
     settled(readings, state, stated, from.first.spline.length_m())
 }
 
-/// The answer with the knots of another, of readings that were dated again.
+/// The answer with the knots of another, for readings with new stamps.
 #[must_use]
 pub(crate) fn refined(readings: &Readings, other: &Finished) -> Option<Finished> {
     settled(readings, other.fitted.state.clone(), None, other.first_length_m)
 }
 
-/// The optimum with knots as they are: noise level and weights loosely, then the size of the third differences.
+/// The optimum with the knots as they are: first noise level and weights with a loose prior, then the size of the third
+/// differences.
 fn settled(
     readings: &Readings,
     state: State,
@@ -225,7 +226,7 @@ pub(crate) fn first_factor(readings: &Readings, state: &State) -> f64 {
     fitted.median_factor(readings)
 }
 
-/// With the size of the third differences that is likeliest, weights as they are.
+/// With the most likely size of the third differences and the same weights.
 fn stiffened(
     readings: &Readings,
     loose: Fitted,

@@ -1,13 +1,13 @@
 //! A uniform cubic B-spline in base, open or closed.
 //!
-//! c(u) = Σ B_k(u) C_k with u ≈ arc length in m. On the segment j = ⌊u/h⌋ four control points count: j … j + 3, of a closed
-//! spline modulo their number. Several open curves are one spline in pieces: between the control points a … b of a piece and the next there are
-//! three segments, (b − 3) h < u < b h, that are no curve.
+//! c(u) = Σ B_k(u) C_k with u ≈ arc length in m. On the segment j = ⌊u/h⌋ the four control points j … j + 3 have weights, in a
+//! closed spline modulo their number. Several open curves are one spline in pieces. Between the control points a … b of a piece
+//! and the next piece lie three segments, (b − 3) h < u < b h, without a curve.
 
 use nalgebra::{DMatrix, Vector3, Vector4};
 use std::ops::Range;
 
-/// The least number of control points: of a closed curve each must differ from the three before and the three behind it.
+/// Least number of control points: in a closed curve each must differ from its three neighbours on either side.
 pub(crate) const LEAST_CONTROL: usize = 8;
 
 /// The spline.
@@ -15,22 +15,22 @@ pub(crate) const LEAST_CONTROL: usize = 8;
 pub(crate) struct Spline {
     /// Control points, m.
     pub control: Vec<Vector3<f64>>,
-    /// Distance of the knots in u, m.
+    /// Spacing of the knots in u, m.
     pub spacing_m: f64,
-    /// Whether its end is its beginning.
+    /// Whether the curve is closed.
     pub closed: bool,
-    /// The first control point of each piece but the first.
+    /// First control point of each piece except the first.
     pub breaks: Vec<usize>,
 }
 
-/// Where u is on a spline: its segment's first control point, and the four weights of value and slope.
+/// A place u on a spline: the first control point of its segment, and the four weights of value and slope.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Basis {
     /// Index of the first of the four.
     pub first: usize,
     /// Weights of the value.
     pub value: Vector4<f64>,
-    /// Weights of the derivative by u, 1/m.
+    /// Weights of the derivative with respect to u, 1/m.
     pub slope: Vector4<f64>,
 }
 
@@ -49,13 +49,13 @@ impl Spline {
         segments as f64 * self.spacing_m
     }
 
-    /// Index of a control point, counted on beyond the end of a closed spline.
+    /// Index of a control point, continued beyond the end of a closed spline.
     #[must_use]
     pub(crate) fn index(&self, k: usize) -> usize {
         if self.closed { k % self.control.len() } else { k }
     }
 
-    /// u within the period of a closed spline; as it is on an open one.
+    /// u within the period of a closed spline; unchanged on an open one.
     #[must_use]
     pub(crate) fn wrapped(&self, u_m: f64) -> f64 {
         if self.closed { u_m.rem_euclid(self.span_m()) } else { u_m }
@@ -67,18 +67,18 @@ impl Spline {
         std::iter::once(0).chain(self.breaks.iter().copied()).zip(ends).map(|(from, to)| from..to)
     }
 
-    /// The control points of the piece that u is on, or nearest to.
+    /// Control points of the piece at u, or of the nearest one.
     #[must_use]
     #[inline]
     fn piece_at(&self, u_m: f64) -> Range<usize> {
-        // Of the three segments between two pieces each has a half.
+        // The three segments between two pieces are divided equally.
         let is_before = |first: &usize| u_m / self.spacing_m < *first as f64 - 1.5;
         let next = self.breaks.iter().position(is_before).unwrap_or(self.breaks.len());
         let from = if next == 0 { 0 } else { self.breaks[next - 1] };
         from..self.breaks.get(next).copied().unwrap_or(self.control.len())
     }
 
-    /// From where to where the piece of an open spline goes that u is on, or nearest to, m.
+    /// Range of the piece of an open spline at u, or of the nearest one, m.
     #[must_use]
     pub(crate) fn ends_m(&self, u_m: f64) -> [f64; 2] {
         let piece = self.piece_at(u_m);
@@ -98,7 +98,7 @@ impl Spline {
         self.closed || (from_m..=to_m).contains(&u_m)
     }
 
-    /// The weights at u; beyond the ends of an open spline the last segment goes on.
+    /// The weights at u; an open spline continues its last segment beyond its ends.
     #[must_use]
     pub(crate) fn basis(&self, u_m: f64) -> Basis {
         let u_m = self.wrapped(u_m);
@@ -123,7 +123,7 @@ impl Spline {
         Basis { first, value, slope: slope / self.spacing_m }
     }
 
-    /// Point and derivative by u from weights.
+    /// Point and derivative with respect to u from weights.
     #[must_use]
     #[inline]
     pub(crate) fn at(&self, basis: &Basis) -> (Vector3<f64>, Vector3<f64>) {
@@ -142,7 +142,7 @@ impl Spline {
         self.at(&self.basis(u_m)).0
     }
 
-    /// Two unit normals of each control point, square to C_{k+1} − C_{k−1} and to each other.
+    /// Two unit normals of each control point, perpendicular to C_{k+1} − C_{k−1} and to each other.
     #[must_use]
     pub(crate) fn normals(&self) -> Vec<[Vector3<f64>; 2]> {
         let count = self.control.len();
@@ -163,10 +163,10 @@ impl Spline {
             .collect()
     }
 
-    /// Whether two places of it are nearer than a knot in space, and not along it.
+    /// Whether two places of it are nearer than a knot in space, but not along it.
     #[must_use]
     pub(crate) fn meets_itself(&self) -> bool {
-        /// Places that are so many knots apart are not near along the curve.
+        /// Places this many knots apart are not near along the curve.
         const APART: usize = 4;
         let count = (self.span_m() / self.spacing_m).round() as usize;
         let points: Vec<Vector3<f64>> = (0..=count).map(|k| self.point(k as f64 * self.spacing_m)).collect();
@@ -178,7 +178,7 @@ impl Spline {
         pairs.any(|(i, j)| apart(i, j) >= APART && (points[i] - points[j]).norm() < self.spacing_m)
     }
 
-    /// Length of the curve, m: that of its chords, four a knot.
+    /// Length of the curve, m: the sum of its chords, four for each knot.
     #[must_use]
     pub(crate) fn length_m(&self) -> f64 {
         let own = |spline: &Self| spline.arc_lengths(4).last().copied().unwrap_or(0.0);
@@ -204,7 +204,7 @@ impl Spline {
         lengths_m
     }
 
-    /// Where an arc length is in u, both m.
+    /// u at an arc length, both in m.
     #[must_use]
     pub(crate) fn u_of_arc_length(lengths_m: &[f64], step_m: f64, at_m: f64) -> f64 {
         let after = lengths_m.partition_point(|length| *length < at_m).clamp(1, lengths_m.len() - 1);
@@ -213,7 +213,7 @@ impl Spline {
         (after as f64 - 1.0 + part) * step_m
     }
 
-    /// The smoothest spline through weighted points (u in m, point, weight), least squares; `None` where it is not finite.
+    /// The smoothest spline through weighted points (u in m, point, weight), by least squares; `None` if it is not finite.
     #[must_use]
     pub(crate) fn through(
         samples: &[(f64, Vector3<f64>, f64)],
@@ -222,7 +222,7 @@ impl Spline {
         closed: bool,
         most_control: usize,
     ) -> Option<Self> {
-        /// Third differences count as much as this part of a sample: only where there is none do they decide.
+        /// Weight of the third differences relative to a sample: they decide only where there is none.
         const SMOOTH: f64 = 1e-4;
         if !(length_m.is_finite() && length_m > 0.0) {
             return None;
@@ -260,7 +260,7 @@ impl Spline {
         spline.control.iter().all(|c| c.iter().all(|x| x.is_finite())).then_some(spline)
     }
 
-    /// Where the third differences of the control points begin: none goes from one piece to the next.
+    /// First control point of each third difference: none connects two pieces.
     #[must_use]
     pub(crate) fn third_differences(&self) -> Vec<usize> {
         if self.closed {
@@ -273,12 +273,12 @@ impl Spline {
 /// Coefficients of a third difference.
 pub(crate) const THIRD: [f64; 4] = [-1.0, 3.0, -3.0, 1.0];
 
-/// Two unit normals of a direction; those of the neighbour are turned into them, so that they change slowly along a curve.
+/// Two unit normals of a direction, from those of the neighbour, so that they change slowly along a curve.
 pub(crate) fn square_to(
     direction: &Vector3<f64>,
     neighbour: Option<&[Vector3<f64>; 2]>,
 ) -> [Vector3<f64>; 2] {
-    /// Control points nearer than this have no direction of their own, m.
+    /// Control points nearer than this have no direction, m.
     const LEAST_M: f64 = 1e-12;
     let tangent = direction.try_normalize(LEAST_M).unwrap_or_else(Vector3::x);
     let away = |v: Vector3<f64>| (v - tangent * tangent.dot(&v)).try_normalize(1e-3);
@@ -316,7 +316,7 @@ mod tests {
             let s = u_m / spline.spacing_m - basis.first as f64;
             let expected = power_basis().transpose() * Vector4::new(1.0, s, s * s, s * s * s);
             assert!((basis.value - expected).norm() < 1e-14);
-            // A central difference over 1 µm of a cubic is off by h² c'''/6 < 1e-9, and by rounding over 1e-6.
+            // A central difference over 1 µm of a cubic is off by h² c'''/6 < 1e-9, and rounding adds up to 1e-6.
             let ahead = spline.point(u_m + 1e-6);
             let difference = (ahead - spline.point(u_m - 1e-6)) / 2e-6;
             assert!((spline.at(&basis).1 - difference).norm() < 1e-8, "{u_m}");

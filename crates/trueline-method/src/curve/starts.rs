@@ -1,4 +1,4 @@
-//! Where an estimate from nothing begins: time offsets times attitudes, followed by windows and sifted.
+//! Starts of an estimate from nothing: time offsets times attitudes, followed by windows and sifted.
 
 use crate::curve::readings::Readings;
 use crate::curve::windows::Windows;
@@ -7,7 +7,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use trueline_dataset::Guess;
 use trueline_geometry::{se3, so3};
 
-/// Time offsets are tried this far apart, s.
+/// Step of the tested time offsets, s.
 const OFFSET_STEP_S: f64 = 0.1;
 /// Scales of the loss, m: first …
 const FIRST_M: [f64; 4] = [60e-3, 30e-3, 30e-3, 10e-3];
@@ -15,15 +15,15 @@ const FIRST_M: [f64; 4] = [60e-3, 30e-3, 30e-3, 10e-3];
 const SECOND_M: [f64; 4] = [10e-3, 10e-3, 5e-3, 5e-3];
 /// … and for the best of all readings.
 const LAST_M: [f64; 7] = [5e-3, 3e-3, 2e-3, 1e-3, 1e-3, 0.5e-3, 0.5e-3];
-/// Starts that are followed to their end.
+/// Starts that are followed to the end.
 const FOLLOWED: usize = 60;
-/// Readings that are looked at until then, 1/s.
+/// Rate of the readings until then, 1/s.
 const RATE_HZ: f64 = 10.0;
-/// … and then.
+/// … and after it.
 const LAST_RATE_HZ: f64 = 40.0;
-/// Different answers that are handed on.
+/// Number of different answers that are returned.
 const DIFFERENT: usize = 8;
-/// Nearer than this in t_d (s) and attitude (rad) two are one.
+/// Two answers nearer than this in t_d (s) and attitude (rad) are the same.
 const SAME: (f64, f64) = (0.02, 0.05);
 
 /// An answer of the windows.
@@ -35,16 +35,16 @@ pub(crate) struct Candidate {
     pub cost: f64,
 }
 
-/// How a search goes about it.
+/// Settings of a search.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Breadth {
-    /// How long a window lasts, s.
+    /// Duration of a window, s.
     pub window_s: f64,
-    /// Which set of attitudes is tried.
+    /// Index of the set of attitudes.
     pub attitudes: usize,
 }
 
-/// One search after the other, until an answer is good.
+/// Searches, in this order until an answer is good.
 pub(crate) const SEARCHES: [Breadth; 5] = [
     Breadth { window_s: 2.0, attitudes: 0 },
     Breadth { window_s: 4.0, attitudes: 0 },
@@ -75,7 +75,7 @@ pub(crate) fn everywhere(within_s: f64, set: usize) -> Vec<Guess> {
     offsets_s(within_s).into_iter().flat_map(guess).collect()
 }
 
-/// The best different answers to which starts lead, the best first.
+/// The best different answers from the starts, the best first.
 #[must_use]
 pub(crate) fn sifted(readings: &Readings, starts: &[Guess], window_s: f64, threads: usize) -> Vec<Candidate> {
     sifted_by(readings, starts, window_s, (false, threads))
@@ -122,7 +122,7 @@ pub(crate) fn different(found: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     kept
 }
 
-/// Whether two answers are one.
+/// Whether two answers are the same.
 #[must_use]
 pub(crate) fn same(one: &Guess, other: &Guess) -> bool {
     let turn_rad = one.tool_from_camera.rotation.angle_to(&other.tool_from_camera.rotation);

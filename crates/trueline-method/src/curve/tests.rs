@@ -28,7 +28,7 @@ mod considered;
 mod seams;
 mod traps;
 
-/// A scan as the estimate takes it, with its truth; without noise the path is as it was cast.
+/// A scan as input of the estimate, with its truth; without noise the path is exact.
 fn readings(recording: &Recording, is_exact: bool) -> (Readings, Guess) {
     let origin = recording.robot[0].stamp_ns;
     let seconds = |stamp_ns: i64| (stamp_ns - origin) as f64 * 1e-9;
@@ -112,7 +112,7 @@ fn sights_follow_from_every_unknown_as_differences_say() {
     }
 }
 
-/// The gradient of the prior is that of half its squares where normals are held.
+/// The gradient of the prior is that of half its squares with constant normals.
 #[test]
 fn the_prior_pulls_as_differences_say() {
     let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Wavy).exact(), 3);
@@ -159,7 +159,7 @@ fn exact_data_are_answered_exactly() {
 /// Seven squared sigmas exceed 30 in one of ten thousand scans.
 #[test]
 fn noisy_scans_are_answered_within_their_sigma() {
-    // A third of the arc is not seen.
+    // A third of the arc is not observed.
     for (kind, seed, unseen) in [
         (CurveKind::Straight, 11, 0.0),
         (CurveKind::Saddle, 12, 0.0),
@@ -178,7 +178,7 @@ fn noisy_scans_are_answered_within_their_sigma() {
     }
 }
 
-/// What stays at one attitude to the seam does not show the lever, whatever the curve.
+/// Readings at one attitude to the seam do not determine the lever, whatever the curve.
 #[test]
 fn a_constant_attitude_does_not_show_the_lever() {
     let flat = CurveScan { tilt_rad: 0.0, ..CurveScan::good(CurveKind::Wavy) };
@@ -195,7 +195,7 @@ fn a_constant_attitude_does_not_show_the_lever() {
     assert!(!seen.components[4..].iter().all(|seen| *seen));
 }
 
-/// An outlier beyond a ring is its farthest point: with it the ring is cut elsewhere, or mistaken for open.
+/// An outlier beyond a ring is its farthest point. With it the ring would be cut elsewhere, or would look open.
 #[test]
 fn an_outlier_is_no_end_of_a_ring() {
     let mut points: Vec<Vector3<f64>> = (0..300)
@@ -213,7 +213,7 @@ fn an_outlier_is_no_end_of_a_ring() {
     assert!(!spoilt.closed && spoilt.along_m[300].is_some());
 }
 
-/// A stretch that was not seen parts no seam; two seams side by side are two.
+/// A stretch without seam points does not divide a seam; two seams side by side are two.
 #[test]
 fn a_short_gap_is_bridged_and_two_seams_are_not_joined() {
     let point = |k: usize, aside_m: f64| {
@@ -227,17 +227,17 @@ fn a_short_gap_is_bridged_and_two_seams_are_not_joined() {
     assert!(!found.closed && found.along_m.iter().all(Option::is_some));
     let straight_m = (points[1439] - points[0]).norm();
     assert!(found.length_m > straight_m && found.length_m < 1.1 * straight_m, "{}", found.length_m);
-    // 70 mm of 240 mm left out are bridged: the sensor went across.
+    // A gap of 70 of 240 mm is bridged: the sensor crossed it.
     let points: Vec<_> = seam(0, 560, 0.0).chain(seam(1026, 1600, 0.0)).collect();
     let found = ordered(&points).unwrap();
     assert!(!found.closed && found.along_m.iter().all(Option::is_some));
-    // Beside each other the parts are half of the points each, and none is most of them.
+    // Side by side the parts have half of the points each, and neither has most of them.
     let points: Vec<_> = seam(0, 800, 0.0).chain(seam(0, 800, 0.03)).collect();
     assert!(ordered(&points).is_none());
     assert_eq!(obstacle(&points), Some(Obstacle::InPieces));
 }
 
-/// Where a figure eight crosses itself its order goes straight on; without parting the branches it turns off there.
+/// At the crossing of a figure eight the order goes straight on; without separated branches it turns off there.
 #[test]
 fn a_curve_that_crosses_itself_goes_straight_on() {
     const LAP: usize = 240;
@@ -251,7 +251,7 @@ fn a_curve_that_crosses_itself_goes_straight_on() {
     let found = ordered(&points).unwrap();
     assert!(found.closed && (found.length_m - length_m).abs() < 0.05 * length_m, "{}", found.length_m);
     assert!(found.along_m.iter().all(Option::is_some));
-    // From point to point it goes on by about as much as the point does, 1 to 3 mm, in one direction.
+    // From point to point it advances by about as much as the point does, 1 to 3 mm, in one direction.
     let goes_on = |found: &Ordered| {
         let along_m: Vec<f64> = found.along_m.iter().map(|along_m| along_m.unwrap_or(f64::NAN)).collect();
         let steps = (1..LAP).map(|k| {

@@ -1,8 +1,9 @@
 //! Clock and hand-eye transform without a curve: in each short window the seam is a parabola of its own.
 //!
-//! In a window the readings in base are split along y, a first guess of the seam's direction: the mean normal of the laser sheet,
-//! which needs no lever, or the principal direction of the points. Across y they are a quadratic of s = y·p, whose six numbers
-//! are projected out (variable projection), so that seven unknowns are left. No curve, no order, no passes, no start for t.
+//! In a window the readings in base are split along y, a first estimate of the seam's direction: the mean normal of the laser
+//! sheet, which needs no lever, or the principal direction of the points. Across y they are a quadratic of s = y·p with six
+//! coefficients. Variable projection eliminates these, so seven unknowns remain. It needs no curve, no order, no passes and no
+//! start for t.
 
 use crate::curve::arrow::SHARED;
 use crate::curve::readings::Readings;
@@ -18,11 +19,11 @@ type Shared = SMatrix<f64, SHARED, SHARED>;
 const LEAST_READINGS: usize = 8;
 /// The principal direction of the points is the seam's if it is within 53° of the sheet's normal.
 const NEAR_COSINE: f64 = 0.6;
-/// A step is at most this far in t_d (s), φ (rad) and t (m).
+/// Longest step in t_d (s), φ (rad) and t (m).
 const MOST_STEP: [f64; 3] = [0.08, 0.5, 0.2];
-/// What is known of t_d (s), φ (rad) and t (m) before, in units of the scale's residual.
+/// Prior standard deviations of t_d (s), φ (rad) and t (m), in units of the scale's residual.
 const KNOWN: [f64; 3] = [2.0, 5.0, 0.3];
-/// The parabola of a window is found with a scale that many times larger first.
+/// The parabola of a window is first fitted with a scale this many times larger.
 const PARABOLA: [f64; 3] = [4.0, 2.0, 1.0];
 
 /// Readings by windows.
@@ -33,7 +34,7 @@ pub(crate) struct Windows {
 }
 
 impl Windows {
-    /// Windows that last so long, s, of readings thinned to a rate, 1/s.
+    /// Windows of a duration, s, of readings thinned to a rate, 1/s.
     #[must_use]
     pub(crate) fn of(readings: &Readings, lasts_s: f64, rate_hz: f64) -> Self {
         let mut spans: Vec<Vec<usize>> = Vec::new();
@@ -58,15 +59,15 @@ impl Windows {
         Self { spans, count }
     }
 
-    /// Whether there is any.
+    /// Whether there are no windows.
     #[must_use]
     pub(crate) fn is_empty(&self) -> bool {
         self.spans.is_empty()
     }
 
-    /// Where some steps lead with these scales of the loss, m; from the third on the points give the direction. With the mean loss at the last
-    /// scale at its end, 0 to 1; `None` where no window can be placed. `first` is how many steps there were before; the hand-eye transform
-    /// may be held.
+    /// The result of steps with these scales of the loss, m; from the third on the points give the direction. With the mean loss
+    /// at the last scale, 0 to 1; `None` if no window can be placed. `first` is the number of earlier steps; the hand-eye
+    /// transform may be held.
     #[must_use]
     pub(crate) fn followed(
         &self,
@@ -84,7 +85,7 @@ impl Windows {
         Some((at, self.cost(readings, &at, *scales_m.last()?)))
     }
 
-    /// Mean loss with a scale, m, where the points give the directions: 0 to 1.
+    /// Mean loss with a scale, m, with the points giving the directions: 0 to 1.
     fn cost(&self, readings: &Readings, at: &Guess, scale_m: f64) -> f64 {
         let (mut placed, mut explained) = (Vec::new(), 0.0);
         for span in &self.spans {
@@ -179,7 +180,7 @@ impl Sums {
         self
     }
 
-    /// The step to where the equations are solved, as long as it may be.
+    /// The step to the solution of the equations, shortened to the limits.
     fn step(&self, at: &Guess) -> Option<SVector<f64, SHARED>> {
         let (mut hessian, mut gradient) = (self.hessian, self.gradient);
         let group = |k: usize| usize::from(k > 0) + usize::from(k > 3);
@@ -209,9 +210,9 @@ struct Frame {
 }
 
 impl Frame {
-    /// `None` where there is no direction, or no extent.
+    /// `None` without a direction or an extent.
     fn of(placed: &[Placed], by_points: bool) -> Option<Self> {
-        /// A window that is shorter has no information on its parabola, m.
+        /// A shorter window has no information on its parabola, m.
         const LEAST_HALF_M: f64 = 1e-6;
         let count = placed.len() as f64;
         let normal = placed.iter().map(|p| p.normal).sum::<Vector3<f64>>().try_normalize(1e-9)?;
@@ -236,7 +237,7 @@ impl Frame {
     }
 }
 
-/// The principal direction of the points where it is near the normal of the sheet; else that.
+/// The principal direction of the points if it is near the normal of the sheet; else that normal.
 fn principal(placed: &[Placed], middle: &Vector3<f64>, normal: &Vector3<f64>) -> Vector3<f64> {
     /// Steps of the power method: directions of a tenth of the spread fall to 1e-6.
     const STEPS: usize = 6;
@@ -255,18 +256,18 @@ fn principal(placed: &[Placed], middle: &Vector3<f64>, normal: &Vector3<f64>) ->
     if direction.dot(normal) > NEAR_COSINE { direction } else { *normal }
 }
 
-/// The parabola of a window, robust.
+/// A robust fit of the parabola of a window.
 struct Parabola {
     coefficients: SMatrix<f64, 3, 2>,
     moments: Matrix3<f64>,
     weights: Vec<f64>,
-    /// What of the readings it explains, as a sum of 1 − loss.
+    /// Amount of the readings that it explains, as a sum of 1 − loss.
     explained: f64,
 }
 
 impl Parabola {
     fn of(frame: &Frame, scale_m: f64) -> Option<Self> {
-        /// The parabola's own numbers are kept finite by this part of a reading.
+        /// Prior that keeps the parabola's coefficients finite, as a fraction of a reading.
         const LEAST_MOMENT: f64 = 1e-6;
         let mut own = Self {
             coefficients: SMatrix::zeros(),
@@ -304,7 +305,7 @@ impl Parabola {
         frame.beside[k] - self.coefficients.tr_mul(&frame.powers(k))
     }
 
-    /// How the parabola changes per metre of s.
+    /// Change of the parabola per metre of s.
     fn slope(&self, frame: &Frame, k: usize) -> Vector2<f64> {
         let by_s = Vector3::new(0.0, 1.0, 2.0 * frame.s[k]);
         self.coefficients.tr_mul(&by_s) / frame.half_m

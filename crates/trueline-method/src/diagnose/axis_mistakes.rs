@@ -67,8 +67,7 @@ pub(super) fn all(recording: &Recording) -> Vec<Candidate> {
         };
         let is_stated = axis.guess.is_some();
         if is_stated {
-            let says =
-                format!("axis {name} turns the other way than its direction in cell.toml says: reverse it");
+            let says = format!("axis {name} turns opposite to its direction in cell.toml: reverse it");
             add("wrong sign".to_owned(), says, AxisMend::Scaled(k, -1.0), false);
         }
         for carries in Carries::ALL.into_iter().filter(|carries| *carries != axis.carries) {
@@ -90,7 +89,7 @@ pub(super) fn all(recording: &Recording) -> Vec<Candidate> {
             add(format!("swapped with {}", axis_there.name), says, AxisMend::Swapped(k, other), false);
         }
         let says = format!(
-            "the robot's poses contain axis {name} already: leave it out of cell.toml, or say in_pose = true with its direction and point"
+            "the robot's poses contain axis {name} already: leave it out of cell.toml, or set in_pose = true with its direction and point"
         );
         add("within the poses".to_owned(), says, AxisMend::WithinPoses(k), false);
     }

@@ -21,7 +21,7 @@ pub(crate) struct Stamped {
     pub observations: Observations,
     /// The fit to them.
     pub fit: Fit,
-    /// Which streams use clock stamps.
+    /// Streams that use clock stamps.
     pub dejittered: Dejittered,
 }
 

@@ -28,7 +28,7 @@ pub struct LineProblem<'a> {
     pub list: &'a [Observation],
     /// The whitener of each.
     pub whiteners: Vec<Whitener>,
-    /// Which residual.
+    /// The residual.
     pub residual: ResidualKind,
     /// Robust loss.
     pub loss: Loss,
@@ -47,7 +47,7 @@ pub struct LineProblem<'a> {
 /// The minimised criterion: the residual and its robust loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Criterion {
-    /// Which residual.
+    /// The residual.
     pub residual: ResidualKind,
     /// Robust loss on the whitened residual.
     pub loss: Loss,

@@ -109,7 +109,7 @@ pub enum Reason {
         /// Whether it was estimated with its file's uncertainty. Else it was held.
         beyond_stated: bool,
     },
-    /// What --fix holds is off.
+    /// A held quantity (--fix) is wrong.
     HeldOff {
         /// What, and how far.
         off: HeldOff,

@@ -1,6 +1,6 @@
 //! Names of the streams in sentences.
 
-/// Which stream of the recording.
+/// A stream of the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StreamName {
     /// The robot's poses.

@@ -12,7 +12,7 @@ use trueline_method::assess::seam_error::SeamError;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::{Calibration, Reason, Status};
 
-/// What a reader sees first.
+/// Content of the first screen.
 pub(super) fn blocks(c: &Calibration, probable_cause: Option<&str>) -> Vec<Block> {
     let offset_s = c.is_known(TIME_OFFSET).then(|| c.recorded_time_offset_s());
     let cause =

@@ -24,7 +24,7 @@ pub struct AxisForm {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoAxis {
     /// The scan does not determine its place.
-    #[error("the scan does not show where the axis is")]
+    #[error("the scan does not determine the place of the axis")]
     NotShown,
     /// The form is for rotary axes that carry the part.
     #[error("the form is for rotary axes that carry the part")]

@@ -11,9 +11,9 @@ use trueline_dataset::unit::MM_PER_M;
 pub struct PlacedPoint {
     /// When it was exposed, by the robot's clock, ns: its stamp minus the time offset.
     pub exposed_ns: i64,
-    /// Which image.
+    /// The image.
     pub frame: u64,
-    /// Which line.
+    /// The line.
     pub line: u32,
     /// Its place in base, m.
     pub in_base_m: [f64; 3],

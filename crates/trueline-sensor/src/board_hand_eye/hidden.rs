@@ -30,9 +30,9 @@ pub struct Hidden {
     pub condition: f64,
     /// Whether the time offset is estimated but not determined.
     pub time_offset: bool,
-    /// Unit directions in the carrier's axes about which the hand-eye rotation is not shown.
+    /// Unit directions in the carrier's axes about which the hand-eye rotation is not determined.
     pub rotation: Vec<Vector3<f64>>,
-    /// Unit directions in the carrier's axes along which the hand-eye translation is not shown.
+    /// Unit directions in the carrier's axes along which the hand-eye translation is not determined.
     pub translation: Vec<Vector3<f64>>,
 }
 

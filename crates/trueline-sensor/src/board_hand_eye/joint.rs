@@ -45,7 +45,7 @@ pub struct BoardFit {
     pub d_camera: SMatrix<f64, SIZE, CAMERA_SIZE>,
     /// Whitened residual of each picture; `None` where the robot's pose is not known.
     pub residuals: Vec<Option<Vector6<f64>>>,
-    /// Which pictures count.
+    /// Pictures with a weight.
     pub used: Vec<bool>,
     /// Sum of squared residuals by its freedom: one if the noise is as it was taken.
     pub squares_per_freedom: f64,
@@ -271,7 +271,7 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
         Some(covariance * jacobian.transpose() * self.whitened_robot(k, at)?)
     }
 
-    /// What an error of the robot's pose at a sighting adds to the prediction, whitened; `None` if the sighting does not count.
+    /// Effect of an error of the robot's pose at a sighting on the prediction, whitened; `None` if the sighting does not count.
     pub(crate) fn whitened_robot(&self, k: usize, at: &Unknowns) -> Option<Matrix6<f64>> {
         let tool = self.robot.at(k, at.time_offset_s).filter(|_| self.used[k])?;
         Some(self.whitening[k] * robot_derivative(&tool, self.carries, at))

@@ -76,7 +76,7 @@ impl BoardSighting {
         .filter(|seen| seen.covariance.iter().chain(seen.d_camera.iter()).all(|x| x.is_finite()))
     }
 
-    /// The same with corners of another noise, in units of that which it was made with.
+    /// The same with another noise of the corners, in units of the original noise.
     fn with_noise(self, factor: f64) -> Self {
         Self {
             covariance: self.covariance * (factor * factor),

@@ -36,7 +36,7 @@ const DRAWS: usize = 150;
 const SIZES: [usize; 2] = [3, 6];
 /// Sightings of a set that are tried as the one with the target's place.
 const ANCHORS: usize = 3;
-/// A start is as good as this part of all sightings is well explained: less than half, for half of them may be wrong.
+/// The score of a start is the residual below which this fraction of the sightings lies: less than half, because half of them may be wrong.
 const EXPLAINED_PART: f64 = 0.4;
 /// A robot turns about one axis if its turns about any other are this much smaller.
 const ONE_AXIS: f64 = 0.02;
@@ -63,7 +63,7 @@ impl Cue {
         }
     }
 
-    /// How far one pose is from another, rad or m.
+    /// Distance between two poses, rad or m.
     fn between(self, a: &Pose, b: &Pose) -> f64 {
         match self {
             Self::Turns => a.rotation.angle_to(&b.rotation),

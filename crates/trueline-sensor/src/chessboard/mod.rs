@@ -134,7 +134,7 @@ fn reach(corners: &BTreeMap<Place, Vector2<f64>>, (i, j): Place, pixel: &Vector2
     ((REACH_PART * nearest) as i32).clamp(2, FARTHEST_REACH_PX)
 }
 
-/// Which lines of the grid are the board's.
+/// The lines of the grid that belong to the board.
 struct Lines {
     first: Place,
     last: Place,

@@ -17,7 +17,7 @@ pub struct CrossValidation {
     /// Squared difference of all parameters by the covariance of that difference, over their number: near one where the
     /// stated covariance is honest.
     pub normalized: f64,
-    /// How many parameters that are.
+    /// Number of parameters.
     pub parameters: usize,
 }
 

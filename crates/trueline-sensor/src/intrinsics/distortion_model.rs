@@ -1,4 +1,4 @@
-//! Which distortion the pictures bear out.
+//! Selection of the distortion model by the pictures.
 
 use crate::projection::CAMERA_SIZE;
 

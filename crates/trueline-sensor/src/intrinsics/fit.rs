@@ -47,7 +47,7 @@ pub struct CameraFit {
     pub sheet_rise_m: f64,
     /// For each picture and each of its corners, the measured place less the predicted one, px.
     pub residuals_px: Vec<Vec<Vector2<f64>>>,
-    /// Which corners count.
+    /// Corners with a weight.
     pub used: Vec<Vec<bool>>,
     /// Standard deviation of a corner along each axis, px, from the residuals.
     pub corner_sigma_px: f64,

@@ -81,7 +81,7 @@ pub enum FaultError {
     Sizes {
         /// The fault.
         name: &'static str,
-        /// How many it has.
+        /// Its number.
         expected: usize,
         /// How many were given.
         found: usize,

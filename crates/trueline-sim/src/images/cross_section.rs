@@ -26,7 +26,7 @@ impl Facet {
 /// Crossing of a ray in the cross-section with a facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hit {
-    /// Which facet.
+    /// The facet.
     pub facet: usize,
     /// How far along the ray, in lengths of its direction.
     pub distance: f64,

@@ -70,7 +70,7 @@ fn face_pair(pair: ArmPair, lens: &Lens) -> Result<ArmPair, NotFound> {
     Err(NotFound::ArmsTooShort { arms_px: pair.continuous_px, needed_px: LEAST_FACE_PX })
 }
 
-/// How many of the faces end at a plate, 0 to 2.
+/// Number of faces that end at a plate, 0 to 2.
 #[must_use]
 pub(crate) fn flanks(segments: &[LineSegment], pair: &ArmPair) -> usize {
     (0..2)

@@ -1,4 +1,4 @@
-//! Which joint profiles show.
+//! The joint in profiles.
 
 use crate::seam::Joint;
 

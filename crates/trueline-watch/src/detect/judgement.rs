@@ -266,7 +266,7 @@ fn sized(stretch: &Stretch<'_>, change: &Change, since: Since) -> Change {
         Since { piece, inside_s: Some(_) } => (piece, piece + 1),
         Since { piece, inside_s: None } => (piece.saturating_sub(1), piece + 1),
     };
-    // The only weld after a change is all that there is to say how large it is.
+    // The only weld after a change alone determines its size.
     let after = if after < count { after } else { count - 1 };
     let before = stretch.first..before.max(stretch.first);
     change.with_amount_of(stretch.change_between(before, after..count, change.kind))

@@ -1,8 +1,9 @@
-//! Which link of the cell a change is of: clock, bracket, sensor, fixture, or the axis that carries the fixture.
+//! The link of the cell that a change belongs to: clock, bracket, sensor, fixture, or the axis that carries the fixture.
 //!
-//! A fixture that has moved on its table is at another place of the table, at every angle. A table that has moved, or leans, is at another place
-//! of base: the part on it is then displaced by an amount that turns with the table. With D the displacement in base and A(q) the table at the
-//! angle q of a weld, the part is displaced by A(q)⁻¹ D A(q) on the table. Welds at one angle cannot tell the two apart, and both are named.
+//! A fixture that moved on its table is at another place of the table, at every angle. A table that moved or leans is at another
+//! place of base, so it displaces the part by an amount that turns with the table. With D the displacement in base and A(q) the
+//! table at the angle q of a weld, the part is displaced by A(q)⁻¹ D A(q) on the table. Welds at one angle cannot separate the
+//! two, so both are named.
 
 use super::change::VISIBLE;
 use super::piece::PieceInformation;
@@ -15,18 +16,18 @@ use nalgebra::{DMatrix, DVector};
 pub enum Link {
     /// The time offset.
     Clock,
-    /// What the sensor is mounted on.
+    /// The bracket of the sensor.
     Bracket,
     /// The sensor itself.
     Sensor,
-    /// What the part is mounted on.
+    /// The fixture of the part.
     Fixture,
     /// The axis that carries the fixture.
     Axis,
 }
 
 impl Link {
-    /// The link that a kind of change is of.
+    /// The link of a kind of change.
     #[must_use]
     pub fn of(kind: Kind) -> Self {
         match kind {
@@ -37,7 +38,7 @@ impl Link {
         }
     }
 
-    /// The word in files.
+    /// Its name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -61,18 +62,18 @@ impl Link {
 
 /// Welds before and after a change.
 pub(crate) struct BeforeAndAfter<'a> {
-    /// Good ones before it.
+    /// Good welds before it.
     pub before: Vec<&'a PieceInformation>,
-    /// All since then.
+    /// All welds since then.
     pub after: &'a [PieceInformation],
     /// Uncertainty of the calibration itself.
     pub prior: &'a Quadratic,
-    /// The part whose fixture may have moved.
+    /// The part with a possibly moved fixture.
     pub part: usize,
 }
 
-/// The links that explain some welds about as well as the best, of those that the detector names and the axis. `variance` is that of single pieces
-/// relative to their evidence, by kind.
+/// The links that explain some welds about as well as the best, among those that the detector names and the axis. `variance` is
+/// that of single pieces relative to their evidence, by kind.
 #[must_use]
 pub(crate) fn of(
     welds: &BeforeAndAfter<'_>,
@@ -86,7 +87,7 @@ pub(crate) fn of(
     }
     let changes = welds.changes();
     if changes.is_empty() {
-        // Nothing is known of where the part was.
+        // The earlier place of the part is unknown.
         candidates.extend(candidates.contains(&Link::Fixture).then_some(Link::Axis));
         return sorted(candidates);
     }
@@ -104,7 +105,8 @@ fn sorted(mut links: Vec<Link>) -> Vec<Link> {
 }
 
 impl<'a> BeforeAndAfter<'a> {
-    /// The welds after the change, with evidence counted from the usual state of their part; parts without a good weld are left out.
+    /// The welds after the change, with evidence relative to the usual state of their part; parts without a good weld are left
+    /// out.
     fn changes(&self) -> Vec<(&'a PieceInformation, Quadratic)> {
         let changed = |piece: &'a PieceInformation| {
             let usual = self.usual(piece.part)?;
@@ -131,14 +133,14 @@ impl<'a> BeforeAndAfter<'a> {
     }
 }
 
-/// Directions that some pieces show, with the information on them.
+/// Directions that some pieces determine, with their information.
 fn shown(sum: &Quadratic, pieces: f64) -> Vec<(DVector<f64>, f64)> {
     let eigen = sum.matrix.clone().symmetric_eigen();
     let pairs = eigen.eigenvalues.iter().enumerate().filter(|(_, value)| **value > VISIBLE * pieces);
     pairs.map(|(k, value)| (eigen.eigenvectors.column(k).into_owned(), *value)).collect()
 }
 
-/// The sum of squares that a change of a link explains, less its dimensions.
+/// The sum of squares explained by a change of a link, minus its dimensions.
 fn worth(changes: &[(&PieceInformation, Quadratic)], link: Link, part: usize) -> f64 {
     let columns = link.kind().columns();
     let mut sum = Quadratic::nothing(columns.len());

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, Matrix6};
 /// Evidence of a piece about θ and about the mean place ψ of its part, in [`UNITS`].
 #[derive(Clone, Debug)]
 pub struct PieceInformation {
-    /// Which part it is.
+    /// The part.
     pub part: usize,
     /// About θ and ψ, with the scatter of the part; nothing about ψ if that is not known.
     pub evidence: Quadratic,

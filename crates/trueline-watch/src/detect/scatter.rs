@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, DVector};
 pub struct Scatter {
     /// P: covariance of the seams' (θ₂, θ₃, δ₂, δ₃) from piece to piece, SI.
     pub covariance: DMatrix<f64>,
-    /// How many pieces taught it.
+    /// Number of pieces that it was learnt from.
     pub pieces: usize,
     /// Variance of single pieces relative to their evidence, by kind, in the order of [`Kind::ALL`]; at least one.
     pub dispersion: [f64; 4],

@@ -1,5 +1,4 @@
-//! Effect of a change on the points that are measured next: their error in directions that a person can point
-//! at.
+//! Effect of a change on the points that are measured next: their error in directions that a person can point at.
 //!
 //! Each seam point of a weld moves by D δ with a change δ of θ. Root mean squares over the weld come from M =
 //! mean(dᵀ d), where d is the row of D along one axis of the sensor. The sign is that of the mean movement,
@@ -23,18 +22,17 @@ pub struct Movement {
     points: usize,
 }
 
-/// Errors of seam points, each with its standard deviation, m; `None` if the welds do not show it.
+/// Errors of seam points, each with its standard deviation, m; `None` if the welds do not determine it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SeamError {
-    /// By [`super::sensor_axes::AXES`], root mean square over a weld; of a part that lies elsewhere nothing.
+    /// By [`super::sensor_axes::AXES`], root mean square over a weld; nothing for a displaced part.
     pub by_axis: [Option<[f64; 2]>; 3],
-    /// Root mean square of all visible parts, at least zero; a part elsewhere counts perpendicular to its seams.
+    /// Root mean square of all visible parts, at least zero; a displaced part counts perpendicular to its seams.
     pub total: Option<[f64; 2]>,
 }
 
 impl SeamError {
-    /// Whether these welds show all of it, along every axis. A part that lies elsewhere does not count along
-    /// its seams.
+    /// Whether these welds determine all of it, along every axis. A displaced part does not count along its seams.
     #[must_use]
     pub fn is_shown_whole(&self) -> bool {
         let shown = self.by_axis.iter().flatten().count();
@@ -49,7 +47,7 @@ impl Default for Movement {
 }
 
 impl Movement {
-    /// Of the seam points of a weld; the shape of the laser plane is counted from `shape_origin_m` in the sheet.
+    /// From the seam points of a weld; the shape of the laser plane has its origin at `shape_origin_m` in the sheet.
     #[must_use]
     pub(crate) fn of(features: &PlacedFeatures, axes: &SensorAxes, shape_origin_m: [f64; 2]) -> Self {
         let mut all = Self::default();
@@ -75,7 +73,7 @@ impl Movement {
         all
     }
 
-    /// One point more, by its movement along each axis.
+    /// Adds a point, by its movement along each axis.
     pub fn add(&mut self, by_axis: &SMatrix<f64, 3, CALIBRATION>) {
         self.points += 1;
         for axis in 0..3 {
@@ -85,7 +83,7 @@ impl Movement {
         }
     }
 
-    /// How far a change of the calibration or of a part moves seam points.
+    /// Displacement of seam points by a change of the calibration or of a part.
     #[must_use]
     pub fn by(&self, change: &Change, part: &Part) -> SeamError {
         if change.kind == Kind::Seam {
@@ -112,7 +110,7 @@ impl Movement {
     }
 }
 
-/// M of a part: how far its seams move square to themselves, all of them alike.
+/// M of a part: displacement of its seams perpendicular to themselves, with equal weights.
 fn placement_square(part: &Part) -> DMatrix<f64> {
     let map = part.seams_from_placement();
     let offsets: Vec<usize> = (0..map.nrows()).filter(|row| row % 4 >= 2).collect();
@@ -152,8 +150,8 @@ mod tests {
         })
     }
 
-    /// A sensor that turns about the seam point leaves the point in place. Welds that view only this point show only
-    /// its place: the information below is that of a point, J Jᵀ, of rank three.
+    /// A sensor that turns about the seam point leaves the point in place. Welds that view only this point determine only its
+    /// place: the information below is that of a point, J Jᵀ, of rank three.
     #[test]
     fn the_seam_point_is_known_where_shift_and_turn_are_not() {
         let point_m = Vector3::new(0.02, -0.05, 0.13);
@@ -169,7 +167,7 @@ mod tests {
         let evidence = Quadratic { vector: &matrix * change, matrix };
         let confidence = Confidence { noise_freedom: 1e6, taught_by: 0, dispersion: 1.0, pieces: 1 };
         let bracket = Change::of(Kind::Bracket, &evidence, None, confidence);
-        assert!(bracket.value.iter().all(Option::is_none), "shift and turn are not told apart: {bracket:?}");
+        assert!(bracket.value.iter().all(Option::is_none), "shift and turn are not separated: {bracket:?}");
         let mut movement = Movement::default();
         movement.add(&own);
         let found = movement.by(&bracket, &Part { lines: Vec::new() });
@@ -207,7 +205,7 @@ mod tests {
         assert_eq!(found.total, Some([value, sigma]));
     }
 
-    /// A straight weld of one attitude shows nothing along itself: there an error may be of any size.
+    /// A straight weld at one attitude determines nothing along itself: an error there may have any size.
     #[test]
     fn an_axis_that_is_not_shown_leaves_the_error_open() {
         let some = Some([1e-4, 1e-5]);

@@ -29,7 +29,7 @@ pub struct Sums {
     within: Quadratic,
     /// Degrees of freedom of the noise.
     pub freedom: f64,
-    /// How many pieces.
+    /// Number of pieces.
     pub pieces: usize,
 }
 

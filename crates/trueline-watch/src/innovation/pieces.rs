@@ -1,8 +1,8 @@
-//! A curved seam in pieces, each nearly a parabola: a part with such a seam is a part with many short seams, and everything that is said of
-//! several seams holds of them.
+//! A curved seam in pieces, each nearly a parabola. A part with such a seam is treated like a part with many short seams.
 //!
-//! The first weld of a part cuts the curve. A piece is up to 40 mm long and turns by up to half a radian: then a parabola is off an arc of radius
-//! R by R·0.5⁴/128 at most, 0.03 mm for 60 mm. Later welds of the part are cut at the same places: a point belongs to the piece with the nearest middle.
+//! The first weld of a part cuts the curve. A piece is up to 40 mm long and turns by up to half a radian, so a parabola is off an
+//! arc of radius R by at most R·0.5⁴/128, 0.03 mm for 60 mm. Later welds of the part are cut at the same places: a point belongs
+//! to the piece with the nearest middle.
 
 use super::seam_fit::{SeamFit, fitted_piece, in_base};
 use super::weld_error::{LEAST_FEATURES, WeldError};
@@ -16,19 +16,19 @@ use trueline_method::order_statistics::median;
 const TURN_RAD: f64 = 0.5;
 /// … and its largest length, m.
 const LENGTH_M: f64 = 40e-3;
-/// A piece has twice the features that it needs, so that its neighbours may take some.
+/// A piece has twice the required features, because its neighbours may get some.
 const FEATURES: usize = 2 * LEAST_FEATURES;
-/// Distance of the places at which the direction of the curve is looked at, m.
+/// Distance between the places where the direction of the curve is evaluated, m.
 const NODE_M: f64 = 4e-3;
-/// Points of a running median, which an outlier does not move.
+/// Points of a running median, which rejects an outlier.
 const SMOOTH: usize = 5;
-/// A part's curve is that of a weld if so much of its points is no farther from a middle than a piece is long.
+/// A weld is of a part's curve if this fraction of its points is no farther from a middle than a piece is long.
 const OF_PART: f64 = 0.9;
 
-/// The pieces of a curved weld, cut as those of the part that it is a piece of, if there is one.
+/// The pieces of a curved weld, cut like those of its part, if it has one.
 ///
 /// # Errors
-/// A piece with too few points, or of no line across the laser plane.
+/// A piece with too few points, or without a line across the laser plane.
 pub(crate) fn fitted_pieces(
     of: &mut PlacedFeatures,
     parts: &[Part],
@@ -54,7 +54,7 @@ pub(crate) fn fitted_pieces(
         middles(&own.map(|(feature, _)| in_base(feature)).collect::<Vec<_>>())
     };
     let first: Vec<Vector3<f64>> = (0..count).flat_map(of_label).collect();
-    // Cut about the middles of the pieces as they are, which are the part's from now on.
+    // Cut about the present middles of the pieces; the part keeps them from now on.
     let fits = cut(of, &first, shape_origin_m)?;
     let middles: Vec<Vector3<f64>> = fits.iter().map(|fit| *fit.seam.line.anchor()).collect();
     cut(of, &middles, shape_origin_m)
@@ -93,7 +93,7 @@ fn cut(
 fn middles(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let nodes = nodes(points);
     let steps: Vec<Vector3<f64>> = nodes.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    // What of a piece each step takes up: of its turn or of its length.
+    // Fraction of a piece used by each step: of its turn or of its length.
     let turn = |k: usize| if k == 0 { 0.0 } else { steps[k - 1].angle(&steps[k]) };
     let taken: Vec<f64> =
         (0..steps.len()).map(|k| (turn(k) / TURN_RAD).max(steps[k].norm() / LENGTH_M)).collect();
@@ -111,7 +111,7 @@ fn middles(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     middles
 }
 
-/// Places along a curve, each where the curve first leaves the neighbourhood of those before: a second pass adds none.
+/// Places along a curve, each where the curve first leaves the neighbourhood of the earlier ones: a second pass adds none.
 fn nodes(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let mut nodes: Vec<Vector3<f64>> = Vec::new();
     for some in points.windows(SMOOTH) {
@@ -128,7 +128,7 @@ fn nodes(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
 mod tests {
     use super::*;
 
-    /// A ring of 50 mm turns by 2π: thirteen pieces of half a radian, on it and evenly apart, whether it is passed once or twice.
+    /// A ring of 50 mm turns by 2π: thirteen pieces of half a radian, on the ring and evenly spaced, after one pass or two.
     #[test]
     fn a_ring_has_pieces_of_half_a_radian() {
         for passes in [1.0, 2.0] {

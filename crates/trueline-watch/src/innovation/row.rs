@@ -13,9 +13,9 @@ pub(crate) const SHARED: usize = 7;
 pub(crate) struct Row {
     /// Stamp of the image, s after the first robot sample; rows of one stamp are of one image.
     pub stamp_s: f64,
-    /// Which seam.
+    /// The seam.
     pub line: usize,
-    /// Which of its plates; `None` is the seam's point.
+    /// Its plate; `None` for the seam's point.
     pub plate: Option<usize>,
     /// Residual, m.
     pub residual: Vector2<f64>,

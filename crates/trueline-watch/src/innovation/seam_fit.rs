@@ -40,7 +40,7 @@ fn fitted(of: &PlacedFeatures, number: u32, shape_origin_m: [f64; 2]) -> Result<
     settled(of, (&own, number), seam, shape_origin_m)
 }
 
-/// Fits a piece of a curved seam, which is a parabola about the point of it that is nearest to `anchor` (base, m).
+/// Fits a piece of a curved seam: a parabola about its point nearest to `anchor` (base, m).
 ///
 /// # Errors
 /// As [`fitted_seams`].
@@ -52,12 +52,12 @@ pub(crate) fn fitted_piece(
 ) -> Result<SeamFit, WeldError> {
     let (own, seam) = begun(of, number)?;
     let curvature = Curvature { half_length_m: PIECE_M, ..seam.curvature };
-    // A piece may be a half circle: its bow is as good as free.
+    // A piece may be a half circle, so its bow is nearly free.
     let seam = Seam { line: seam.line.anchored_near(anchor), curvature, bow_sigma_m: PIECE_M };
     settled(of, (&own, number), seam, shape_origin_m)
 }
 
-/// Length at which the bow of a piece is counted, m: one for all pieces, so that they compare from weld to weld.
+/// Length at which the bow of a piece is stated, m: equal for all pieces, so that they compare from weld to weld.
 const PIECE_M: f64 = 20e-3;
 
 pub(crate) fn in_base(feature: &PlacedFeature) -> Vector3<f64> {
@@ -116,7 +116,7 @@ fn third_off_m(points: &[Vector3<f64>], line: &Line) -> f64 {
 /// hundred. The first ones find the outliers.
 const ROUNDS: usize = 6;
 
-/// The line through the points in the direction in which they were made.
+/// The line through the points, in the order of their measurement.
 fn first(points: &[Vector3<f64>]) -> Option<Seam> {
     let line = fit::robust_line(points)?;
     let along: Vec<f64> = points.iter().map(|p| line.direction().dot(&(p - line.anchor()))).collect();
@@ -148,7 +148,7 @@ fn step(all: &[Linearized], seam: &Seam, factor: f64) -> Option<Own> {
             let jacobian = whiten * one.jacobian.fixed_columns::<{ LOCAL - SEAM }>(SEAM);
             let residual: Vector2<f64> = whiten * one.residual;
             let now = residual + jacobian * at;
-            // While the level is unknown all points count equally: the line was robust already.
+            // While the noise level is unknown all points have equal weights: the first line was robust.
             let weight = if factor.is_finite() {
                 loss.weight(now.norm_squared() / factor.powi(2).max(1e-12))
             } else {
@@ -176,7 +176,7 @@ fn squared(all: &[Linearized], step: &Own) -> Vec<f64> {
     all.iter().filter_map(of).collect()
 }
 
-/// A fitted seam in the chart of a part: the same line, anchored and turned as [`Line::retract`] makes it from the part's.
+/// A fitted seam in the chart of a part: the same line, anchored and turned relative to the part's as by [`Line::retract`].
 #[must_use]
 pub(crate) fn in_chart(seam: &Seam, of_part: &Line) -> (Seam, Vector4<f64>) {
     let step = crate::reference::line_step(of_part, &seam.line);

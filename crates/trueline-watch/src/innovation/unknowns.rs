@@ -13,14 +13,14 @@ pub(crate) const LOCAL_OF_STRIPE: usize = LOCAL + PLATE;
 /// The unknowns of a weld.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Unknowns {
-    /// How many seams.
+    /// Number of seams.
     pub seams: usize,
     /// Whether plates are included.
     pub plates: bool,
 }
 
 impl Unknowns {
-    /// How many they are.
+    /// Their number.
     pub(crate) const fn size(self) -> usize {
         self.first_plate() + if self.plates { 2 * PLATE * self.seams } else { 0 }
     }

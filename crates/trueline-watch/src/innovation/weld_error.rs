@@ -12,11 +12,11 @@ pub enum WeldError {
     /// A seam has too few features at places where the robot was recorded.
     #[error("seam {line} has only {usable} usable features; at least {needed} are needed")]
     TooFewFeatures {
-        /// Which seam.
+        /// The seam.
         line: u32,
         /// Features that can be placed and agree with a straight seam.
         usable: usize,
-        /// How many are needed.
+        /// The required number.
         needed: usize,
     },
     /// The seam is not straight, and its pieces have too few points.
@@ -26,7 +26,7 @@ pub enum WeldError {
         off_m * 1e3
     )]
     Curved {
-        /// Which seam.
+        /// The seam.
         line: u32,
         /// A third of its points are farther than this from a straight line, m.
         off_m: f64,
@@ -34,7 +34,7 @@ pub enum WeldError {
     /// The features of a seam lie on no line that crosses the laser plane.
     #[error("the features of seam {line} do not lie on a straight line across the laser plane")]
     NoLine {
-        /// Which seam.
+        /// The seam.
         line: u32,
     },
 }

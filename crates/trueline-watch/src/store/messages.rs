@@ -20,7 +20,7 @@ pub struct Message {
     pub id: i64,
     /// JSON.
     pub body: String,
-    /// How often it was tried before.
+    /// Number of earlier tries.
     pub tries: u32,
 }
 

@@ -31,7 +31,7 @@ pub struct HistoryRow {
     pub number: i64,
     /// Its name.
     pub name: String,
-    /// Which part it is, by number.
+    /// Number of the part.
     pub part: i64,
     /// When it was watched, s since 1970 UTC.
     pub watched_s: i64,
@@ -65,7 +65,7 @@ pub struct AlarmRow {
     pub is_within: bool,
     /// The change and the remedy, in words; empty in older rows.
     pub text: Option<String>,
-    /// How far seam points lie off, with its standard deviation, m.
+    /// Displacement of seam points, with its standard deviation, m.
     pub seam_error: Option<[f64; 2]>,
 }
 

@@ -112,7 +112,7 @@ CREATE INDEX regimes_by_calibration ON regimes (calibration, id);
 ALTER TABLE alarms ADD COLUMN within_tolerance INTEGER NOT NULL DEFAULT 0;
 ";
 
-/// Statistics may end with the pose of an axis under the part, which older programs take for damage. The tables stay.
+/// Statistics may end with the pose of an axis under the part. Older programs report that as damage. The tables stay.
 const VERSION_5: &str = "";
 
 /// The first version with regimes: older files are read without being changed.

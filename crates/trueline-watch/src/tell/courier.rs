@@ -67,7 +67,7 @@ fn carry(store: &Store, id: i64, receiver: &dyn Receiver, ear: &Ear<()>, pace: P
                 }
                 Err(why) => {
                     let wait_s = pace.wait_s(message.tries);
-                    tracing::warn!(receiver = receiver.name(), id = message.id, why, wait_s, "not told");
+                    tracing::warn!(receiver = receiver.name(), id = message.id, why, wait_s, "not delivered");
                     store.not_told(id, now_s() + wait_s, &why)
                 }
             };

@@ -69,7 +69,7 @@ impl TopicAddress {
         }
         let keys = Keys::read(keys)?;
         if keys.ca.is_some() && !is_tls {
-            return Err(ReceiverError::Malformed("ca=FILE is of TLS: mqtts://".to_owned()));
+            return Err(ReceiverError::Malformed("ca=FILE requires TLS: mqtts://".to_owned()));
         }
         Ok(Self {
             identity: identity.to_owned(),
@@ -86,9 +86,7 @@ impl TopicAddress {
 fn login(user: Option<&str>, password: Option<String>) -> Result<Option<Login>, ReceiverError> {
     match (user, password) {
         (None, None) => Ok(None),
-        (None, Some(_)) => {
-            Err(ReceiverError::Missing("user, whom the password is of: mqtts://USER@HOST/TOPIC"))
-        }
+        (None, Some(_)) => Err(ReceiverError::Missing("user for the password: mqtts://USER@HOST/TOPIC")),
         (Some(""), _) => Err(ReceiverError::Missing("user before the @")),
         (Some(user), _) if user.contains(':') => Err(ReceiverError::PasswordInAddress),
         (Some(user), password) => {

@@ -28,7 +28,7 @@ pub enum OpenError {
     /// No profile shows a seam.
     #[error("there is no seam in any of {profiles} profiles{}", .most.map(|reason| format!(": {reason}")).unwrap_or_default())]
     NoSeamInProfiles {
-        /// How many profiles.
+        /// Number of profiles.
         profiles: usize,
         /// Why most of them have none.
         most: Option<NoSeam>,

@@ -183,7 +183,7 @@ fn verdict(answer: &Answer) -> String {
 /// The numbers to copy.
 fn numbers(result: &ResultFile) -> String {
     let number = |value: Option<f64>, digits: usize| {
-        value.map_or_else(|| "not shown".to_owned(), |value| format!("{value:.digits$}"))
+        value.map_or_else(|| "not determined".to_owned(), |value| format!("{value:.digits$}"))
     };
     let list = |values: &[Option<f64>], digits: usize| {
         values.iter().map(|value| number(*value, digits)).collect::<Vec<_>>().join(", ")
@@ -195,6 +195,6 @@ fn numbers(result: &ResultFile) -> String {
         ("time offset (ms)", format!("{} ± {}", number(offset_ms, 3), number(sigma_ms, 3))),
         ("translation x, y, z (mm)", list(&result.tool_from_camera.translation_mm, 3)),
         ("± (mm)", list(&result.sigma.translation_mm, 3)),
-        ("rotation w, x, y, z", rotation.map_or_else(|| "not shown".to_owned(), |wxyz| list(&wxyz, 6))),
+        ("rotation w, x, y, z", rotation.map_or_else(|| "not determined".to_owned(), |wxyz| list(&wxyz, 6))),
     ])
 }

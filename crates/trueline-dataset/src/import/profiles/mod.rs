@@ -63,7 +63,7 @@ impl From<Vec<RawProfile>> for Raw {
     }
 }
 
-/// Which format a file is in.
+/// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProfileFormat {
     /// Gocator's CSV.

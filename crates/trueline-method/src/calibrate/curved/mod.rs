@@ -93,10 +93,10 @@ pub(crate) fn answered(
 fn why_none(obstacle: Option<Obstacle>) -> &'static str {
     match obstacle {
         Some(Obstacle::Crosses) => {
-            "the seam crosses itself, and the scan does not tell its branches apart there: scan each branch alone"
+            "the seam crosses itself, and the scan cannot separate the branches there: scan each branch alone"
         }
         Some(Obstacle::InPieces) => {
-            "the seam points lie on several pieces, and the sensor never went on from one to the next: scan each piece alone"
+            "the seam points lie on several pieces, and the sensor did not move on from one to the next: scan each piece alone"
         }
         None => "no curve explains most of the seam points to within half a millimetre",
     }
@@ -106,7 +106,8 @@ fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
     ClockFindings { drift, drifted, step: None, stepped: None, noise_factor_without_step: None }
 }
 
-/// The line's answer, with the reason that no curve was tried. A motion that is insufficient for a line is insufficient for a curve.
+/// The line's answer, with the reason that no curve was tested. A motion that is insufficient for a line is insufficient for a
+/// curve.
 pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
     let is_misfit =
         |reason: &Reason| matches!(reason, Reason::ResidualsTooLarge { .. } | Reason::TooManyOutliers { .. });
@@ -120,9 +121,9 @@ pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
 /// Options that do not apply to a curve, with the reason.
 fn unused(config: &Config) -> Vec<(&'static str, &'static str)> {
     let waviness = config.waviness_m.filter(|waviness_m| *waviness_m > 0.0);
-    let waviness =
-        waviness.map(|_| ("--waviness-mm", "the scan shows how much a curve bends: leave --waviness-mm out"));
-    let loss = config.loss.map(|_| ("--loss", "a curve has a loss of its own: leave --loss out"));
+    let waviness = waviness
+        .map(|_| ("--waviness-mm", "the scan determines how much a curve bends: leave --waviness-mm out"));
+    let loss = config.loss.map(|_| ("--loss", "a curve uses its own loss: leave --loss out"));
     waviness.into_iter().chain(loss).collect()
 }
 
@@ -131,11 +132,11 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
     if config.residual == ResidualKind::PointToLine {
         Some("the point-to-line residual supports straight lines only")
     } else if config.sensor == SensorMode::Free {
-        Some("a curve does not show the sensor's shape: a free one is estimated on straight seams")
+        Some("a curve does not determine a free sensor shape: estimate it on straight seams")
     } else if config.at_stops || line.findings.stops.is_some() {
         Some(AT_STOPS)
     } else if !config.hold.is_empty() || !config.drawn_lines.is_empty() {
-        Some("a quantity is held fixed that a curve does not have")
+        Some("a curve does not have the quantity that is held fixed")
     } else if line.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam) {
         Some("whole stripes support straight seams only")
     } else if line.best_fit().lines.len() != 1 && config.seam_cad.is_some() {
@@ -148,7 +149,7 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
 /// Reason that the readings are not enough for a curve.
 fn too_little(readings: &Readings) -> Option<&'static str> {
     let few = readings.list.len() < READINGS_PER_KNOT * LEAST_CONTROL;
-    few.then_some("a curve has at least eight knots and needs five seam points for each: there are fewer")
+    few.then_some("too few seam points: a curve has at least eight knots and needs five seam points for each")
 }
 
 /// Whether the line is refused for its structure: it does not fit, or not with one attitude or offset. The other side of a corner looks like another offset.

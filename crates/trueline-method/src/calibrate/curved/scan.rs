@@ -31,17 +31,17 @@ use trueline_dataset::{Guess, Recording};
 use trueline_geometry::Line;
 use trueline_lsq::{Loss, Termination};
 
-/// A scan as an estimate of a curve takes it.
+/// A scan as input of a curve's estimate.
 pub(crate) struct Scan {
     observations: Observations,
     /// Its seam points.
     pub readings: Readings,
-    /// Variance of the time offset that the stamps add to it, s².
+    /// Variance of the time offset from the stamps, s².
     stamps_s2: f64,
     levels: SystematicLevels,
-    /// How well the rates of the stamps' clocks are known, parts per million.
+    /// Uncertainty of the clock rates of the stamps, parts per million.
     pub rate_sigma_ppm: f64,
-    /// What is known of the sensor's shape.
+    /// Prior of the sensor's shape.
     knowledge: ShapeKnowledge,
     /// Whether the scan may improve it.
     improves_sensor: bool,
@@ -61,7 +61,8 @@ impl Scan {
         let stamps_s = sampling.phase_sigma_s(dejittered).hypot(observations.robot.late_sigma_s);
         let knowledge = ShapeKnowledge::of(recording, &observations);
         let levels = SystematicLevels::of(recording, config, &knowledge, true);
-        // An assumed shape is far larger than most sensors' and a curve hardly improves it: a sensor without a statement counts as exact.
+        // An assumed shape error is far larger than that of most sensors, and a curve hardly improves it. A sensor without a
+        // stated uncertainty counts as exact.
         let improves_sensor = config.sensor == SensorMode::Prior && knowledge.stated;
         let is_stated = config.feature_bias_px != Config::default().feature_bias_px;
         let levels = SystematicLevels {
@@ -81,7 +82,7 @@ impl Scan {
         })
     }
 
-    /// The same with readings that were dated again, if they were.
+    /// The same with readings that got new stamps, if any did.
     pub(crate) fn dated(mut self, readings: Option<Readings>) -> Self {
         if let Some(readings) = readings {
             for (observation, reading) in self.observations.list.iter_mut().zip(&readings.list) {
@@ -218,7 +219,7 @@ impl Scan {
         (list, skipped)
     }
 
-    /// The error of a seam point, as along a line that touches the curve in its middle.
+    /// The error of a seam point, as for the tangent line at the curve's middle.
     fn seam_error(&self, answer: &Answered, findings: &Findings) -> Option<SeamError> {
         let points = &answer.curve.points_m[answer.curve.seams.first()?.points.clone()];
         let middle = points.len() / 2;

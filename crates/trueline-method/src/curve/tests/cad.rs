@@ -1,4 +1,4 @@
-//! A drawing of the seam: derivatives of its place, where it lies, what it adds, and what it must not add.
+//! A drawing of the seam: derivatives of its place, its pose, the information that it adds, and limits of this information.
 
 use super::*;
 use crate::config::SeamCad;
@@ -16,7 +16,7 @@ fn asked(readings: &Readings) -> Asked<'_> {
     Asked { search, errors: Errors::NONE, known: KNOWN }
 }
 
-/// The drawing of a kind of seam, a micrometre true, times a factor.
+/// The drawing of a kind of seam, accurate to a micrometre, times a factor.
 fn drawing(kind: CurveKind, factor: f64) -> SeamCad {
     let points = (0..=2000).map(|k| kind.point(f64::from(k) / 2000.0) * factor).collect();
     SeamCad { file: "drawing".to_owned(), curve: Polyline::new(points).unwrap(), tolerance_m: 20e-6 }
@@ -33,7 +33,7 @@ fn anywhere() -> Pose {
     )
 }
 
-/// A curve that was placed somewhere else, in even steps; reversed if requested.
+/// A curve that was placed elsewhere, at even steps; reversed if requested.
 fn elsewhere(cad: &SeamCad, pose: &Pose, reversed: bool) -> Evenly {
     let at = |point: &Vector3<f64>| pose.rotation * point + pose.translation.vector;
     let mut points: Vec<Vector3<f64>> = cad.curve.points().iter().map(at).collect();
@@ -127,7 +127,7 @@ fn a_drawing_makes_the_answer_surer_and_not_wrong() {
     assert!(cad.rms_m < 60e-6 && cad.symmetry.is_some());
 }
 
-/// Where the attitude is constant in base, a shift of the part stands for the lever, whatever is known of its form.
+/// At a constant attitude in base, a shift of the part looks like the lever, however well its form is known.
 #[test]
 fn a_drawing_does_not_show_the_lever_of_a_constant_attitude() {
     let flat = CurveScan { tilt_rad: 0.0, ..CurveScan::good(CurveKind::Arc) };

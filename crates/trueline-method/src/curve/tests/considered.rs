@@ -1,4 +1,4 @@
-//! Errors that are considered beside a curve, and a drift that is taken out.
+//! Considered errors beside a curve, and a removed drift.
 
 use super::*;
 use crate::assess::seam_error::ShareOf;
@@ -20,7 +20,7 @@ fn columns(answer: &Answered, of: ShareOf) -> nalgebra::DMatrix<f64> {
     answer.shares.iter().find(|share| share.of == of).unwrap().columns.clone()
 }
 
-/// A sensor that is off by a shape moves the answer as its column says.
+/// A sensor with an error of its shape moves the answer as predicted by its column.
 #[test]
 fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
     let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Free).exact(), 3);
@@ -34,7 +34,7 @@ fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
     let expected = columns(&exact, ShareOf::Sensor);
     let moved_by = |answer: &Answered| step_between(&exact.at(), &answer.at());
     for error in [1, 2] {
-        // What is used is 1 σ more than what is true.
+        // The used value is 1 σ above the true one.
         let mut step = SVector::<f64, 5>::zeros();
         step[error] = -sigmas[error];
         let true_shape = SheetShape::exact_about(&origin_m).retract(&step);
@@ -57,7 +57,7 @@ fn a_sensor_that_is_off_moves_the_answer_as_its_column_says() {
     }
 }
 
-/// A shape of one standard deviation is found from readings without noise, and with it the answer is where it is with an exact sensor.
+/// A shape error of one standard deviation is found from readings without noise, and the answer equals that of an exact sensor.
 #[test]
 fn a_shape_that_the_scan_shows_is_taken_out() {
     let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Pipe), 3);
@@ -81,7 +81,7 @@ fn a_shape_that_the_scan_shows_is_taken_out() {
     assert!(held.shape.is_none());
     let squares = |columns: &nalgebra::DMatrix<f64>| columns.norm_squared();
     let share = found.shares.iter().find(|share| share.of == ShareOf::Sensor).unwrap();
-    // It is found within 4 of its standard deviations, which are smaller than those before.
+    // The error is within 4 of its standard deviations, which are smaller than the prior ones.
     let sigma = share.shape.as_ref().unwrap();
     for k in 0..5 {
         let own = sigma.row(k).norm();
@@ -92,7 +92,7 @@ fn a_shape_that_the_scan_shows_is_taken_out() {
     assert!(found.finished.factor < held.finished.factor);
 }
 
-/// A sensor that is nearer by the radius sees the same: along its range, and only there.
+/// A sensor that is nearer by the radius sees the same, but only along its range.
 #[test]
 fn the_radius_of_an_edge_is_a_shift_along_the_range() {
     let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Free), 3);
@@ -109,7 +109,7 @@ fn the_radius_of_an_edge_is_a_shift_along_the_range() {
     assert_eq!(Moves::default().columns(&none.finished.fitted, &none.finished.root).ncols(), 0);
 }
 
-/// A clock that runs fast is found, and without it the answer is that of a clock that does not.
+/// A fast clock is detected. Without its drift the answer equals that of a steady clock.
 #[test]
 fn a_drift_of_the_clock_is_taken_out() {
     let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Free), 3);

@@ -19,7 +19,7 @@ fn two_seams(seed: u64) -> Recording {
     recording
 }
 
-/// Each seam shows clock and hand-eye transform; both together show them better than either, and within their ±.
+/// Each seam determines clock and hand-eye transform; both together determine them better than either, and within their ±.
 #[test]
 fn two_seams_have_one_answer() {
     let recording = two_seams(31);
@@ -40,12 +40,12 @@ fn two_seams_have_one_answer() {
         assert!(found.noise[(k, k)] < least, "{k}: {} {least}", found.noise[(k, k)]);
     }
     let lengths: Vec<f64> = found.curve.seams.iter().map(|seam| seam.length_m).collect();
-    // The pipe alone is closed; among others it is cut, and goes on beyond its ends by a knot at most.
+    // The pipe alone is closed. Among others it is cut, and extends beyond its ends by at most a knot.
     assert!((lengths[0] - first.curve.length_m).abs() < 5e-3, "{lengths:?}");
     assert!((lengths[1] - second.curve.length_m).abs() < 12e-3, "{lengths:?}");
 }
 
-/// A place on a piece is a place on that piece alone, and no difference goes from one to the next.
+/// A place on a piece equals the place on that piece alone, and no difference connects two pieces.
 #[test]
 fn a_spline_in_pieces_is_each_of_them() {
     let control = |from: u32, count: u32| {

@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Where the lever is not seen a smaller curve is smoother, and the lever follows it: a curve of another length than that of the readings
-/// shows nothing.
+/// If the lever is not observable, a smaller curve is smoother, and the lever follows it. A curve with another length than its
+/// readings determines nothing.
 #[test]
 fn a_curve_that_shrank_shows_nothing() {
     let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Arc), 5);
@@ -21,7 +21,8 @@ fn a_curve_that_shrank_shows_nothing() {
     assert!(shrunk.components.iter().all(|seen| !*seen));
 }
 
-/// The prior of a curve is no information about the hand-eye transform: with it a woven pass at hardly any tilt seems to show everything, and is wrong.
+/// The prior of a curve is no information on the hand-eye transform. With it a weave with hardly any tilt seems to determine
+/// everything, and is wrong.
 #[test]
 fn the_prior_of_a_curve_gives_no_rank() {
     let woven = CurveScan {
@@ -34,13 +35,13 @@ fn the_prior_of_a_curve_gives_no_rank() {
     let (readings, truth) = readings(&recording, false);
     let state = at_truth(&readings, &truth);
     let known = Known::of_any_sensor(&truth);
-    // Ten thousand times as stiff as it may be: a prior that says much.
+    // Ten thousand times too stiff: a strong prior.
     let s3_m = loosest_m(state.spline.spacing_m) * 1e-4;
     let weighing = Weighing::Noise { factor: 2.0 };
     let fitted = Terms { readings: &readings, weighing, s3_m, known: &known, steps: 4 }.fit(state).unwrap();
     let parts = Parts::of(&fitted, &known);
     let off = |covariance| squared_sigmas(&truth, &fitted.state.at, covariance).unwrap();
-    // The posterior is that of a curve of a known form. Seven squared sigmas exceed 30 in one of ten thousand scans.
+    // The posterior is that of a curve of known form. Seven squared sigmas exceed 30 in one of ten thousand scans.
     let posterior = Seen::of_known_form(&parts, s3_m, 1.0).unwrap();
     assert!(posterior.rank == 7 && off(&posterior.covariance) > 30.0);
     let seen = Seen::of(&fitted, &parts, s3_m, 1.0).unwrap();

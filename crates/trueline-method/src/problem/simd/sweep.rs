@@ -19,7 +19,7 @@ pub(crate) struct Scan<'a> {
     pub list: &'a [Observation],
     /// The parameters.
     pub at: &'a Parameters,
-    /// Which residual.
+    /// The residual.
     pub residual: ResidualKind,
 }
 

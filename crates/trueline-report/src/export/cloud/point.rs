@@ -13,7 +13,7 @@ pub struct CloudPoint {
     pub intensity: Option<f64>,
     /// Its ±, m.
     pub sigma_m: Option<f64>,
-    /// Which frame.
+    /// The frame.
     pub frame: u64,
 }
 

@@ -4,7 +4,7 @@ use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
 use super::stretches;
 
-/// How long one lasts, s.
+/// Duration of one, s.
 const LASTS_S: [f64; 2] = [0.2, 1.0];
 
 /// The gaps of a scan, s.

@@ -4,7 +4,7 @@ use super::super::drawn_errors::DrawnErrors;
 use super::super::error_table::ShopError;
 use super::stretches;
 
-/// How long one lasts, s.
+/// Duration of one, s.
 const LASTS_S: [f64; 2] = [0.3, 1.2];
 /// How far the other edge is aside, m.
 const ASIDE_M: [f64; 2] = [0.002, 0.006];

@@ -5,7 +5,7 @@ use super::super::error_table::ShopError;
 use super::stretches;
 use std::f64::consts::TAU;
 
-/// How long one lasts, s.
+/// Duration of one, s.
 const LASTS_S: [f64; 2] = [0.1, 0.7];
 /// How far it is from the seam, as a part of half the field of view.
 const AWAY: [f64; 2] = [0.08, 0.5];
