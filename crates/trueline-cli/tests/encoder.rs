@@ -108,10 +108,10 @@ fn counts_that_say_no_time_are_refused_with_file_and_line() {
     let mut back = log.clone();
     back[40][1] += 100.0;
     write_log(&scan, &back);
-    refused("an encoder that turns back", &["encoder.csv:42", "one way only"]);
+    refused("an encoder that turns back", &["encoder.csv, line 42", "one direction"]);
     let stands: Vec<[f64; 2]> = log.iter().map(|[time_s, _]| [*time_s, 7.0]).collect();
     write_log(&scan, &stands);
     refused("an encoder that stands", &["encoder.csv", "an encoder that moves"]);
     fs::write(scan.join("encoder.csv"), "time_s,counts\n0,1\n1,2\n").unwrap();
-    refused("a column of another name", &["encoder.csv:1", "encoder"]);
+    refused("a column of another name", &["encoder.csv, line 1", "encoder"]);
 }

@@ -134,9 +134,8 @@ pub fn watch(
     line.alarm = judgement.alarm.as_ref().map(|alarm| seen.told((number, name), alarm, &movement, tolerance));
     let claimed = kept.last().filter(|regime| regime.claimed).map(|regime| weld_number(regime.first));
     line.alarm.iter_mut().for_each(|told| told.was_claimed = claimed == Some(told.since_number));
-    line.learning = line
-        .learning
-        .map(|learning| Learning { pieces: in_control + usize::from(judgement.alarm.is_none()), ..learning });
+    let learnt = in_control + usize::from(judgement.alarm.is_none());
+    line.learning.iter_mut().for_each(|learning| learning.pieces = learnt);
     line.sensor_file_differs = calibration.sensor_file_differs(recording);
     line.calibration = calibration.name.clone();
     line.history = HistoryOf::after(before.clone(), id, pieces.len());

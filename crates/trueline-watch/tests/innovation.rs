@@ -46,8 +46,7 @@ fn of_an_exact_robot() -> Production {
 fn jacobians_are_the_differences_of_the_residual() {
     let production = of_an_exact_robot();
     let reference = exact(&production);
-    let guess = reference.guess;
-    let origin = reference.shape_origin_m;
+    let (guess, origin) = (reference.guess, reference.shape_origin_m);
     let of = placed_at(&production, &guess);
     let seams: Vec<_> = fitted_seams(&of, origin).unwrap().iter().map(|fit| fit.seam).collect();
     let some: Vec<usize> = (0..of.list.len()).step_by(97).collect();
