@@ -85,7 +85,7 @@ fn counts_without_a_time_are_refused_with_file_and_line() {
             3,
             "backwards",
         ),
-        (&[("encoder.csv", &back), ("features.csv", FEATURES)], "encoder.csv", 4, "one way only"),
+        (&[("encoder.csv", &back), ("features.csv", FEATURES)], "encoder.csv", 4, "one direction"),
         (
             &[("encoder.csv", "time_s,encoder\n10,5\n12,5\n"), ("features.csv", FEATURES)],
             "encoder.csv",

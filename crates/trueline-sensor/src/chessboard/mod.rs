@@ -13,10 +13,8 @@ use grid::Place;
 use nalgebra::Vector2;
 use std::collections::BTreeMap;
 
-/// The window of the sub-pixel corner reaches at most this far, px. A wider one averages no more noise away (simulated pictures: 0.049 px
-/// with 5, 0.036 px with 12 and with 18), but sees more of what lies beside the board (real pictures: 0.28, 0.22 and 0.22 px; beside a
-/// saturated stripe 0.51, 0.46 and 0.51 px).
-pub(crate) const FARTHEST_REACH_PX: i32 = 12;
+/// The window of the sub-pixel corner reaches at most this far, px.
+pub(crate) const FARTHEST_REACH_PX: i32 = 5;
 
 /// And at most this part of the way to the next corner, so that it sees one corner only.
 pub(crate) const REACH_PART: f64 = 0.35;
@@ -134,7 +132,7 @@ fn reach(corners: &BTreeMap<Place, Vector2<f64>>, (i, j): Place, pixel: &Vector2
     ((REACH_PART * nearest) as i32).clamp(2, FARTHEST_REACH_PX)
 }
 
-/// The lines of the grid that belong to the board.
+/// Which lines of the grid are the board's.
 struct Lines {
     first: Place,
     last: Place,

@@ -9,7 +9,7 @@
 //! the derivative matters. The error of p is the feature's, that of q the robot's, and r has both. A derivative that
 //! shares an error with r is biased where the seam hardly moves in the sheet. The best estimate of the true point is
 //! p − Σ_f Σ⁻¹ r, with Σ_f the feature's own covariance and Σ all of it. Its error is uncorrelated with r. All else
-//! is [`sheet_residual`]'s.
+//! is that of [`trueline_model::sheet_residual`].
 
 use crate::parameters::{CALIBRATION, SHAPE, TIME_OFFSET};
 use nalgebra::{Matrix2, Matrix2x4, SMatrix, Vector2};
