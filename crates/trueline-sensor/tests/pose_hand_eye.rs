@@ -221,3 +221,27 @@ fn a_scale_is_as_uncertain_as_stated_and_nobody_hears_of_one_that_is_right() {
     assert!((0.58..1.5).contains(&of_scale), "{of_scale}");
     assert!((0.82..1.26).contains(&of_hand_eye), "{of_hand_eye}");
 }
+
+#[test]
+fn a_scale_and_the_rest_follow_an_error_of_the_robot_as_stated() {
+    let scan = SightingScan::at_stops(5);
+    let (stop, step_m) = (7, 5e-5);
+    let shifted = |along: f64| {
+        let mut cast = shrunk(&scan, 1.2);
+        let pose = &mut cast.robot[stop].base_from_tool;
+        pose.translation.vector += pose.rotation * nalgebra::Vector3::new(along, 0.0, 0.0);
+        calibrated_cast(&cast, &PoseOptions::default()).unwrap()
+    };
+    let [fit, low, high] = [0.0, -step_m, step_m].map(shifted);
+    let factor = |fit: &PoseFit| fit.scale.as_ref().unwrap().factor;
+    let truth = scan.cast().truth;
+    let change = (off(&high, &truth) - off(&low, &truth)) / (2.0 * step_m);
+    let stated = fit.d_robot[stop].unwrap().column(3).into_owned();
+    let of_scale = fit.scale.as_ref().unwrap().d_robot[stop].unwrap()[3];
+    // The noise is estimated anew from 24 stops, one of them changed: some per cent of each derivative.
+    let change_of_scale = (factor(&high) - factor(&low)) / (2.0 * step_m);
+    println!("scale {change_of_scale:.4} stated {of_scale:.4}; rest {change:.4} stated {stated:.4}");
+    assert!((change_of_scale - of_scale).abs() < 0.2 * of_scale.abs(), "{change_of_scale} {of_scale}");
+    let rest = (change - stated).fixed_rows::<6>(1).norm();
+    assert!(rest < 0.2 * stated.fixed_rows::<6>(1).norm(), "{change} {stated}");
+}

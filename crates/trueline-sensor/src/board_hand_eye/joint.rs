@@ -271,10 +271,11 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
         Some(covariance * jacobian.transpose() * self.whitened_robot(k, at)?)
     }
 
-    /// Effect of an error of the robot's pose at a sighting on the prediction, whitened; `None` if the sighting does not count.
+    /// Effect of an error of the robot's pose at a sighting on the prediction, whitened; `None` if the sighting does not count. A tool that
+    /// moves sees the target move the other way.
     pub(crate) fn whitened_robot(&self, k: usize, at: &Unknowns) -> Option<Matrix6<f64>> {
         let tool = self.robot.at(k, at.time_offset_s).filter(|_| self.used[k])?;
-        Some(self.whitening[k] * robot_derivative(&tool, self.carries, at))
+        Some(-self.whitening[k] * robot_derivative(&tool, self.carries, at))
     }
 }
 

@@ -60,7 +60,8 @@ pub(crate) fn whitening(
     Some(inverse * Matrix6::from_diagonal(&scale))
 }
 
-/// d (turn, shift of the target as the camera sees it) / d (turn of the tool about its origin, its shift), in the carrier's axes.
+/// −d (turn, shift of the target as the camera sees it) / d (turn of the tool about its origin, its shift), in the carrier's axes. Its sign does
+/// not matter to a covariance.
 pub(crate) fn robot_derivative(tool: &ToolState, carries: Carried, at: &Unknowns) -> Matrix6<f64> {
     let predicted = predicted(tool, at);
     let camera_from_tool = at.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
