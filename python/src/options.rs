@@ -10,7 +10,9 @@ use trueline::{Config, Hold, ResidualKind, Stamps};
 use trueline_dataset::cad_file;
 use trueline_lsq::Loss;
 use trueline_method::config::known_of_cell::{KnownOfCell, ToolAxis};
-use trueline_method::{DrawnLine, HeldSigma, Measurements, Requirement, SeamCad, SensorMode, Target};
+use trueline_method::{
+    DrawnLine, HeldSigma, Measurements, PartMoves, Requirement, SeamCad, SensorMode, Target,
+};
 
 /// Keywords of `calibrate`; `None` keeps the default.
 #[derive(FromPyObject)]
@@ -47,6 +49,7 @@ pub(crate) struct Options {
     target: Option<String>,
     seam_cad: Option<PathBuf>,
     cad_tolerance_mm: Option<f64>,
+    part_moves: Option<[f64; 2]>,
 }
 
 impl Options {
@@ -87,6 +90,7 @@ impl Options {
             },
             drawn_lines: drawn_lines(&self.drawn_line, self.drawn_line_sigma_mm)?,
             seam_cad: seam_cad(self.seam_cad.as_deref(), self.cad_tolerance_mm)?,
+            part_moves: part_moves(self.part_moves)?,
             threads: self.threads.map_or(1, NonZeroUsize::get),
             ..Config::default()
         };
@@ -167,6 +171,14 @@ fn seam_cad(file: Option<&Path>, tolerance_mm: Option<f64>) -> Result<Option<Sea
             Ok(Some(SeamCad { file: file.display().to_string(), curve, tolerance_m }))
         }
     }
+}
+
+/// Scatter of the part's place between passes over a curve: of the shift in mm, of the turn in degrees.
+fn part_moves(scatter: Option<[f64; 2]>) -> Result<Option<PartMoves>, Failure> {
+    let Some([shift_mm, turn_deg]) = scatter else { return Ok(None) };
+    let shift_mm = positive("part_moves", Some(shift_mm))?.unwrap_or_default();
+    let turn_deg = positive("part_moves", Some(turn_deg))?.unwrap_or_default();
+    Ok(Some(PartMoves { shift_m: shift_mm * 1e-3, turn_rad: turn_deg.to_radians() }))
 }
 
 /// The paper's residual takes the sensor for exact.

@@ -33,6 +33,7 @@ class Options(TypedDict, total=False):
     target: Literal["seam", "line", "curve"]
     seam_cad: str | os.PathLike[str]
     cad_tolerance_mm: float
+    part_moves: tuple[float, float]
     stamps: Literal["auto", "raw", "regular"]
     sensor_mode: Literal["fixed", "prior", "free"]
     robot_accuracy_mm: float

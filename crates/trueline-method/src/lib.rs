@@ -47,8 +47,8 @@ pub mod verdict;
 pub use calibrate::calibrate;
 pub use calibration::{Calibration, HandEye, LineEstimate, TimeOffset, Translation};
 pub use config::{
-    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SeamCad, SensorMode, Stamps,
-    Target, Use,
+    Config, DrawnLine, HeldSigma, Hold, Measurements, PartMoves, Requirement, ResidualKind, SeamCad,
+    SensorMode, Stamps, Target, Use,
 };
 pub use error::Error;
 pub use input::observations::{Observation, Observations};

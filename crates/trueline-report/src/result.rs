@@ -5,9 +5,9 @@ use crate::number::positive_w;
 use crate::{axes, checks, facts, seam_error, stripes};
 use trueline_dataset::result_file::{
     self, CadEntry, CadPose, Covariance, CurveEntry, DrawnLineOptions, ErrorsFoundEntry, IterationEntry,
-    IterationLine, LineEntry, LinePosition, ModelEntry, Observability, Options, OutlierEntry, PoseEntry,
-    RequireOptions, Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, SymmetryEntry, TimeOffsetUse,
-    Tool, UnobservableEntry,
+    IterationLine, LineEntry, LinePosition, ModelEntry, Observability, Options, OutlierEntry,
+    PartMovesOptions, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma,
+    SymmetryEntry, TimeOffsetUse, Tool, UnobservableEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Line;
@@ -331,6 +331,10 @@ pub fn options(config: &Config) -> Options {
         drawn_lines: config.drawn_lines.iter().map(drawn_line).collect(),
         seam_cad: config.seam_cad.as_ref().map(|cad| cad.file.clone()),
         cad_tolerance_mm: config.seam_cad.as_ref().map(|cad| cad.tolerance_m * MM_PER_M),
+        part_moves: config.part_moves.map(|moves| PartMovesOptions {
+            shift_mm: moves.shift_m * MM_PER_M,
+            turn_deg: moves.turn_rad.to_degrees(),
+        }),
         feature_sigma_px: config.usual_feature_sigma_px(),
         feature_sigma_mm: config.usual_feature_sigma_m() * MM_PER_M,
         robot_sigma_mm: config.robot_sigma_m.map(|m| m * MM_PER_M),

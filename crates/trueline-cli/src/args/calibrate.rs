@@ -4,6 +4,7 @@ use crate::args::choice::{Choice, one_of};
 use crate::args::drawn_line;
 use crate::args::features::{JOINTS, JointChoice};
 use crate::args::number::{above_zero, of_a_seam_mm, zero_or_more};
+use crate::args::part_moves::part_moves;
 use crate::args::requirement;
 use crate::args::sensor::board;
 use clap::{Args, ValueEnum};
@@ -13,8 +14,8 @@ use std::path::PathBuf;
 use trueline_lsq::Loss;
 use trueline_method::config::known_of_cell::{KnownOfCell, ToolAxis};
 use trueline_method::{
-    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Target,
-    Use,
+    Config, DrawnLine, HeldSigma, Hold, Measurements, PartMoves, Requirement, ResidualKind, SensorMode,
+    Stamps, Target, Use,
 };
 use trueline_sensor::Board;
 
@@ -108,6 +109,10 @@ pub(crate) struct CalibrateArgs {
     /// Deviation of the seam from that drawing, one sigma in each direction, for each 5 mm of seam, mm
     #[arg(long, value_name = "MM", default_value_t = CAD_TOLERANCE_MM, value_parser = above_zero, requires = "seam_cad")]
     pub(crate) cad_tolerance_mm: f64,
+    /// Scatter of the part's place, if it was clamped again between passes over a curve: one sigma of the shift along each axis, mm, and of
+    /// the turn about it, degrees [default of the turn: 0.1]
+    #[arg(long, value_name = "MM[,DEG]", value_parser = part_moves)]
+    pub(crate) part_moves: Option<PartMoves>,
     /// Expected noise of a feature in a picture if features.csv does not state it, px
     #[arg(long, value_parser = above_zero)]
     pub(crate) feature_sigma_px: Option<f64>,
@@ -218,6 +223,7 @@ impl CalibrateArgs {
                 translation_m: sigma.translation_m,
             }),
             drawn_lines: self.drawn_lines(),
+            part_moves: self.part_moves,
             feature_sigma_px: self.feature_sigma_px,
             feature_sigma_m: self.feature_sigma_mm.map(|mm| mm * 1e-3),
             robot_sigma_m: self.robot_sigma_mm.map(|mm| mm * 1e-3),
@@ -253,6 +259,7 @@ impl CalibrateArgs {
             ("--fixed-sigma", self.fixed_sigma.is_some()),
             ("--drawn-line", !self.drawn_line.is_empty()),
             ("--seam-cad", self.seam_cad.is_some()),
+            ("--part-moves", self.part_moves.is_some()),
             ("--feature-sigma-px", self.feature_sigma_px.is_some()),
             ("--feature-sigma-mm", self.feature_sigma_mm.is_some()),
             ("--robot-sigma-mm", self.robot_sigma_mm.is_some()),
@@ -285,13 +292,14 @@ impl CalibrateArgs {
 }
 
 /// Options that do not apply to a board.
-const OF_SEAMS: [&str; 28] = [
+const OF_SEAMS: [&str; 29] = [
     "measurements",
     "residual",
     "loss",
     "fixed_sigma",
     "drawn_line",
     "seam_cad",
+    "part_moves",
     "feature_sigma_px",
     "feature_sigma_mm",
     "robot_sigma_mm",

@@ -35,7 +35,17 @@ const LAYOUTS: &[Layout] = &[
         sections: &[
             (
                 "Target",
-                &["target", "board", "radius-mm", "at-stops", "joint", "use", "seam-cad", "cad-tolerance-mm"],
+                &[
+                    "target",
+                    "board",
+                    "radius-mm",
+                    "at-stops",
+                    "joint",
+                    "use",
+                    "seam-cad",
+                    "cad-tolerance-mm",
+                    "part-moves",
+                ],
             ),
             (
                 "Prior knowledge",

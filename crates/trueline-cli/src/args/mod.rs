@@ -35,6 +35,7 @@ mod link_hint;
 mod listen;
 mod new_folder;
 mod number;
+mod part_moves;
 mod plan;
 #[cfg(feature = "live")]
 mod protocol;

@@ -2,8 +2,10 @@
 
 use crate::args::choice::{Choice, one_of};
 use crate::args::number;
+use crate::args::part_moves::part_moves;
 use crate::args::seam_scan_options::SEAM_SCAN_OPTIONS;
 use clap::Args;
+use trueline_method::PartMoves;
 use trueline_sim::curves::{CurveKind, CurveScan};
 
 #[derive(Args)]
@@ -22,6 +24,10 @@ pub(crate) struct CurveArgs {
     /// Frequency of a weave of ±3 mm across the seam, Hz
     #[arg(long, value_name = "HZ", value_parser = number::weave_hz, requires = "seam")]
     pub(crate) seam_weave_hz: Option<f64>,
+    /// Scatter of the part's place between passes: one sigma of the shift along each axis, mm, and of the turn about it, degrees
+    /// [default of the turn: 0.1]
+    #[arg(long, value_name = "MM[,DEG]", value_parser = part_moves, requires = "seam")]
+    pub(crate) seam_part_moves: Option<PartMoves>,
 }
 
 static FORMS: [Choice<CurveKind>; 8] = [
@@ -71,6 +77,9 @@ impl CurveArgs {
             passes: self.seam_passes.unwrap_or(usual.passes),
             tilt_rad: self.seam_tilt_deg.map_or(usual.tilt_rad, f64::to_radians),
             weave_hz: self.seam_weave_hz.unwrap_or(usual.weave_hz),
+            part_moves: self
+                .seam_part_moves
+                .map_or(usual.part_moves, |moves| [moves.shift_m, moves.turn_rad]),
             lasts_s: shared.duration_s.unwrap_or(usual.lasts_s),
             outliers: shared.outliers.unwrap_or(usual.outliers),
             noise_m: shared.feature_noise_m.unwrap_or(usual.noise_m),

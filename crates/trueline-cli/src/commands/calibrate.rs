@@ -226,7 +226,7 @@ fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
             "use --sensor prior or --sensor free",
         ));
     }
-    let is_curve = args.target == TargetName::Curve || args.seam_cad.is_some();
+    let is_curve = args.config().asks_for_curve() || args.seam_cad.is_some();
     if let (Some(option), true) = (asked, is_curve) {
         return Err(of_curve(option));
     }
@@ -256,13 +256,15 @@ fn check_seam(args: &CalibrateArgs) -> Result<(), Failure> {
 
 /// The drawing of the seam.
 fn seam_cad(args: &CalibrateArgs) -> Result<Option<SeamCad>, Failure> {
-    let Some(file) = &args.seam_cad else { return Ok(None) };
-    if args.target == TargetName::Line {
+    let needs_curve = [("--seam-cad", args.seam_cad.is_some()), ("--part-moves", args.part_moves.is_some())];
+    if let (TargetName::Line, Some((option, _))) = (args.target, needs_curve.iter().find(|(_, given)| *given))
+    {
         return Err(Failure::new(
-            "`--seam-cad` needs a curve, but `--target line` requires a straight seam",
+            format!("`{option}` needs a curve, but `--target line` requires a straight seam"),
             "leave one of the two out; `--drawn-line` holds a straight seam where a drawing has it",
         ));
     }
+    let Some(file) = &args.seam_cad else { return Ok(None) };
     let (curve, tolerance_m) = (cad_file::read(file)?, args.cad_tolerance_mm / MM_PER_M);
     Ok(Some(SeamCad { file: file.display().to_string(), curve, tolerance_m }))
 }

@@ -33,7 +33,7 @@ pub use curve::{CadEntry, CadPose, CurveEntry, SymmetryEntry};
 pub use errors::ErrorsFoundEntry;
 pub use fact::Fact;
 pub use models::ModelEntry;
-pub use options::{DrawnLineOptions, Options, RequireOptions};
+pub use options::{DrawnLineOptions, Options, PartMovesOptions, RequireOptions};
 pub use rival::RivalEntry;
 pub use seam_error::{BudgetEntry, FieldEntry, SeamErrorEntry};
 pub use sensor::{RigidPartEntry, SensorEntry, SensorFileEntry};

@@ -28,6 +28,9 @@ pub struct Options {
     /// How far the seam might be off it, one standard deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cad_tolerance_mm: Option<f64>,
+    /// Scatter of the part's place between passes over a curve; absent if it stays.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part_moves: Option<PartMovesOptions>,
     /// Expected noise of a feature where the recording does not say.
     pub feature_sigma_px: f64,
     /// The same of sensors that report lengths.
@@ -80,6 +83,16 @@ pub struct DrawnLineOptions {
     pub direction_sigma_rad: f64,
     /// Standard deviation of its place to any side.
     pub offset_sigma_mm: f64,
+}
+
+/// Scatter of a part's place, one standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct PartMovesOptions {
+    /// Of the shift along each axis.
+    pub shift_mm: f64,
+    /// Of the turn about each axis.
+    pub turn_deg: f64,
 }
 
 /// Standard deviations of the time offset and the hand-eye transform; null if there is none.

@@ -4,7 +4,7 @@ use crate::axes::finding::{AxisFinding, AxisPart, are_parallel};
 use crate::axes::scan::{AxisScan, most_read, runs_evenly};
 use crate::axes::start;
 use crate::calibration::Calibration;
-use crate::config::{Config, Measurements, ResidualKind, Target};
+use crate::config::{Config, Measurements, ResidualKind};
 use crate::error::{AxisMistake, Error};
 use crate::input::axis_chain::AxisChain;
 use nalgebra::{UnitVector3, Vector3};
@@ -138,7 +138,7 @@ fn check_options(config: &Config) -> Result<(), Error> {
         "by the point-to-line residual; use `--residual sheet`"
     } else if config.measurements != Measurements::Auto && config.measurements != Measurements::Seam {
         "by whole stripes; use `--use seam`"
-    } else if config.target == Target::Curve || config.seam_cad.is_some() {
+    } else if config.asks_for_curve() {
         "beside a curve; scan a straight seam on it"
     } else {
         return Ok(());

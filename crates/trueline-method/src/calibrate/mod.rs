@@ -87,7 +87,7 @@ pub(crate) fn estimate(
     let Some((by_stops, stops)) = stops::of(recording, config)? else {
         return curved::answered(recording, guess, config, over_time(recording, guess, config));
     };
-    if config.seam_cad.is_some() || config.target == Target::Curve {
+    if config.asks_for_curve() {
         return Err(Error::NoCurve { why: curved::AT_STOPS });
     }
     let guess = guess.map(stops::guess);

@@ -220,6 +220,15 @@ pub struct SeamCad {
     pub tolerance_m: f64,
 }
 
+/// Scatter of the place of a part between two passes of a scan: that of its fixture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartMoves {
+    /// Standard deviation of each shift, m.
+    pub shift_m: f64,
+    /// Standard deviation of the turn about each axis through the middle of the curve, rad.
+    pub turn_rad: f64,
+}
+
 /// Use of a seam point, for the error at the torch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Use {
@@ -258,6 +267,8 @@ pub struct Config {
     pub drawn_lines: Vec<DrawnLine>,
     /// A drawing of a curved seam.
     pub seam_cad: Option<SeamCad>,
+    /// Scatter of the part's place between the passes over a curve; `None` if it stays.
+    pub part_moves: Option<PartMoves>,
     /// Expected standard deviation of a feature, px, if the recording does not state it; `None` is [`USUAL_FEATURE_SIGMA_PX`].
     pub feature_sigma_px: Option<f64>,
     /// The same for sensors that report lengths, m; `None` is [`USUAL_FEATURE_SIGMA_M`].
@@ -321,6 +332,7 @@ impl Default for Config {
             held_sigma: HeldSigma::default(),
             drawn_lines: Vec::new(),
             seam_cad: None,
+            part_moves: None,
             feature_sigma_px: None,
             feature_sigma_m: None,
             robot_sigma_m: None,
@@ -342,6 +354,12 @@ impl Default for Config {
 }
 
 impl Config {
+    /// Whether an option requires a curve, so that a straight seam is no answer.
+    #[must_use]
+    pub fn asks_for_curve(&self) -> bool {
+        self.target == Target::Curve || self.seam_cad.is_some() || self.part_moves.is_some()
+    }
+
     /// Expected standard deviation of a feature that the recording does not state, px.
     #[must_use]
     pub fn usual_feature_sigma_px(&self) -> f64 {

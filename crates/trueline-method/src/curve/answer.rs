@@ -6,15 +6,16 @@ use crate::curve::arrow::SHARED;
 use crate::curve::considered::{Considered, Errors, of_shared};
 use crate::curve::equations::Known;
 use crate::curve::estimate::{CurveEstimate, estimate};
+use crate::curve::improved::{Improved, improved};
 use crate::curve::joint::Rough;
 use crate::curve::order::{Obstacle, obstacle};
 use crate::curve::passes::Course;
+use crate::curve::readings::Readings;
 use crate::curve::rivals::{Rival, compared, find};
-use crate::curve::sensor::{WithShape, with_shape};
 use crate::curve::sight::in_base;
 #[cfg(test)]
 use crate::curve::sight::step_between;
-use crate::curve::solve::{Finished, Search, finish};
+use crate::curve::solve::{Finished, Search, finish, refined};
 use crate::curve::starts::{Candidate, offsets_s, sifted_by};
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, SMatrix, Vector3};
@@ -182,6 +183,16 @@ impl Asked<'_> {
         }
     }
 
+    /// The same fit to other readings.
+    fn refitted(&self, readings: &Readings, finished: &Finished) -> Option<Finished> {
+        if finished.fitted.state.placed.is_none() {
+            return refined(readings, finished);
+        }
+        let asked = Asked { search: Search { readings, ..self.search }, ..*self };
+        let fit = asked.finished(finished.fitted.state.clone(), None, finished.s3_m)?;
+        Some(Finished { evidence: finished.evidence, first_length_m: finished.first_length_m, ..fit })
+    }
+
     /// The answer from a fit.
     pub(crate) fn concluded(
         &self,
@@ -192,9 +203,10 @@ impl Asked<'_> {
     ) -> Answered {
         let readings = self.search.readings;
         let is_whole = held_at.is_none() && !course.is_one_pass;
-        let with_shape = with_shape(readings, &finished, &self.errors).filter(|_| is_whole);
-        let (finished, of_all, shape) = match with_shape {
-            Some(WithShape { finished, shares, shape }) => (finished, shares, Some(shape)),
+        let improved =
+            || improved(readings, &finished, &self.errors, |readings, fit| self.refitted(readings, fit));
+        let (finished, of_all, shape) = match is_whole.then(improved).flatten() {
+            Some(Improved { finished, shares, shape }) => (finished, shares, shape),
             None => {
                 let considered = self.errors.at(readings, &finished.fitted);
                 let share = |one: &Considered| one.share(&finished.fitted, &finished.root);

@@ -86,7 +86,7 @@ impl Asked<'_> {
         let tolerance_m = cad.tolerance_m.hypot(rounded_m);
         let mut finished = self.finished(state, stated.as_ref(), tolerance_m).ok_or(misses(f64::INFINITY))?;
         finished.evidence = free.finished.evidence;
-        finished.first_length_m = finished.fitted.state.spline.length_m();
+        finished.first_length_m = finished.fitted.state.seen_length_m();
         let rms_m = distance_m(&finished.fitted.state);
         let (times, before) = (finished.factor / free.finished.factor, free.share_off());
         let mut answer = self.concluded(finished, free.rivals.clone(), &free.course, (false, held));
@@ -121,7 +121,12 @@ impl Asked<'_> {
     }
 
     /// The optimum with the drawing; directions that it does not determine are held.
-    fn finished(&self, state: State, stated: Option<&Known>, tolerance_m: f64) -> Option<Finished> {
+    pub(crate) fn finished(
+        &self,
+        state: State,
+        stated: Option<&Known>,
+        tolerance_m: f64,
+    ) -> Option<Finished> {
         let readings = self.search.readings;
         let mut known = stated.cloned().unwrap_or_else(|| Known::of_any_sensor(&state.at));
         let mut factor = first_factor(readings, &state);

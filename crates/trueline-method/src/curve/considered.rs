@@ -3,6 +3,7 @@
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::{Share, ShareOf};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
+use crate::config::PartMoves;
 use crate::curve::arrow::{ArrowRoot, SHARED};
 use crate::curve::fit::Fitted;
 use crate::curve::moved::Moves;
@@ -26,6 +27,8 @@ pub(crate) struct Errors<'a> {
     pub shape: Option<ShapeError>,
     /// Radius of the edge.
     pub edge: EdgeError,
+    /// A part that moves between passes; `None` if it lies still.
+    pub part: Option<PartMoves>,
     /// Bias of the detector; `None` if it has none.
     pub detector: Option<DetectorError<'a>>,
 }
@@ -67,6 +70,8 @@ pub(crate) struct Considered {
     pub moves: Moves,
     /// Error of the sensor's shape for each column (5 × columns), for that kind.
     pub shape: Option<DMatrix<f64>>,
+    /// Whether the scan may improve what is known of it.
+    pub is_estimated: bool,
 }
 
 impl Considered {
@@ -83,6 +88,7 @@ impl Errors<'_> {
     pub(crate) const NONE: Self = Self {
         robot: RobotSigmas { position_m: 0.0, attitude_rad: 0.0 },
         shape: None,
+        part: None,
         edge: EdgeError { radius_m: 0.0, from_origin: false },
         detector: None,
     };
@@ -91,11 +97,13 @@ impl Errors<'_> {
     #[must_use]
     pub(crate) fn at(&self, readings: &Readings, fitted: &Fitted) -> Vec<Considered> {
         let moves = robot::moves(readings, fitted, self.robot);
-        let robot = Considered { of: ShareOf::Robot, moves, shape: None };
+        let robot = Considered { of: ShareOf::Robot, moves, shape: None, is_estimated: false };
         let shape = self.shape.as_ref().and_then(|shape| shape.at(readings));
+        let part = self.part.and_then(|part| part.at(fitted));
         let edge = (self.edge.radius_m > 0.0).then(|| self.edge.at(readings, fitted));
         let detector = self.detector.as_ref().map(|detector| detector.at(fitted));
-        std::iter::once(robot).chain(shape).chain(edge).chain(detector).collect()
+        // Those that may be improved are neighbours.
+        std::iter::once(robot).chain(shape).chain(part).chain(edge).chain(detector).collect()
     }
 }
 
@@ -117,6 +125,7 @@ impl EdgeError {
             of: ShareOf::EdgeRadius,
             moves: Moves { errors: 1, readings: list, every: 1 },
             shape: None,
+            is_estimated: false,
         }
     }
 }
@@ -137,6 +146,7 @@ impl DetectorError<'_> {
             of: ShareOf::Detector,
             moves: Moves { errors: BIAS, readings: list, every: 1 },
             shape: None,
+            is_estimated: false,
         }
     }
 }
@@ -155,6 +165,7 @@ impl ShapeError {
             of: ShareOf::Sensor,
             moves: Moves { errors: half.ncols(), readings: list, every: 1 },
             shape: Some(DMatrix::from_column_slice(5, 5, half.as_slice())),
+            is_estimated: self.is_estimated,
         })
     }
 }

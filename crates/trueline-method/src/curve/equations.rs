@@ -29,6 +29,17 @@ impl State {
         self.placed.as_ref().map_or_else(|| self.spline.normals(), Placed::normals)
     }
 
+    /// Length of the curve where readings see it, m: between readings that are far apart it may lead anywhere.
+    #[must_use]
+    pub(crate) fn seen_length_m(&self) -> f64 {
+        /// Two knots of the first stage of the search.
+        const UNSEEN_M: f64 = 32e-3;
+        let mut u_m = self.u_m.clone();
+        u_m.sort_by(f64::total_cmp);
+        let chord_m = |pair: &[f64]| (self.spline.point(pair[1]) - self.spline.point(pair[0])).norm();
+        u_m.windows(2).filter(|pair| pair[1] - pair[0] < UNSEEN_M).map(chord_m).sum()
+    }
+
     /// Number of unknowns of the place.
     #[must_use]
     pub(crate) fn of_place(&self) -> usize {

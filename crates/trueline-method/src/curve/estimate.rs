@@ -113,7 +113,7 @@ pub(crate) fn estimate(
         }
         seams.push(SeamOfCurve { label: *label, length_m: own_m, points: first..points_m.len() });
     }
-    let change = length_m / finished.first_length_m;
+    let change = state.seen_length_m() / finished.first_length_m;
     let is_kept = (LENGTH_WITHIN[0]..LENGTH_WITHIN[1]).contains(&change);
     CurveEstimate {
         closed: spline.closed,

@@ -12,10 +12,9 @@ const LEAST_RADIUS_M: f64 = 3e-3;
 const LEAST_DEGREE: f64 = 0.35;
 /// A part with less than this fraction of the points is a cluster of outliers.
 const LEAST_PART: f64 = 0.08;
-/// Parts are one curve if the gap between their ends is less than this fraction of the shorter part …
+/// Parts are one curve if the gap between their ends is less than this fraction of the shorter part, or if the sensor crossed
+/// the gap from one reading to the next: then the order of time is the order along the curve …
 const SHORT_GAP: f64 = 0.3;
-/// … or less than the longer part if the sensor crossed the gap from one reading to the next.
-const CROSSED_GAP: f64 = 1.0;
 /// … and if both ends point into the gap (cosine): the ends of two seams side by side do not.
 const FACING: f64 = 0.5;
 /// A neighbour lies to one side if it is this far along, in radii.
@@ -149,10 +148,8 @@ impl Graph {
                         let goes = |(a, b): &(usize, usize)| {
                             (at(*a, *from) && at(*b, *to)) || (at(*a, *to) && at(*b, *from))
                         };
-                        let [shorter_m, longer_m] =
-                            [one.length_m.min(other.length_m), one.length_m.max(other.length_m)];
-                        let is_short = length_m < SHORT_GAP * shorter_m
-                            || (length_m < CROSSED_GAP * longer_m && crossed.iter().any(goes));
+                        let shorter_m = one.length_m.min(other.length_m);
+                        let is_short = length_m < SHORT_GAP * shorter_m || crossed.iter().any(goes);
                         let faces = leads_from.dot(&gap) > FACING * length_m
                             && -leads_to.dot(&gap) > FACING * length_m;
                         if is_short && faces && best.is_none_or(|(_, _, best_m)| length_m < best_m) {

@@ -19,6 +19,8 @@ const WEAVES_HZ: (f64, f64, f64) = (0.6, 8.0, 0.02);
 const SWAYS_S: f64 = 1.5;
 /// … at least this fraction of its variance.
 const LEAST_OF_VARIANCE: f64 = 0.4;
+/// A pass ends where the sensor goes back by this fraction of the curve: it sways by less.
+const TURNED: f64 = 0.15;
 /// Knots nearer than this fraction of the length of a weave follow it.
 const KNOTS_PER_WEAVE: f64 = 0.7;
 
@@ -101,4 +103,61 @@ fn weave_hz(readings: &Readings) -> Option<f64> {
     let tried = (0..=steps).map(|k| first_hz + k as f64 * step_hz).map(|hz| (hz, power(hz)));
     let (hz, strongest) = tried.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (strongest > LEAST_OF_VARIANCE * all).then_some(hz)
+}
+
+/// Pass of each reading, by its place on the curve, m: there, back, and so on; on a closed curve each round.
+#[must_use]
+pub(crate) fn passes(u_m: &[f64], span_m: f64, closed: bool) -> Vec<usize> {
+    if closed {
+        let (mut round_m, mut before_m) = (0.0, u_m.first().copied().unwrap_or(0.0));
+        let place = |u_m: &f64| {
+            let step_m = u_m - before_m;
+            round_m += step_m - span_m * (step_m / span_m).round();
+            before_m = *u_m;
+            (round_m.abs() / span_m) as usize
+        };
+        return u_m.iter().map(place).collect();
+    }
+    let mut passes = vec![0; u_m.len()];
+    // The farthest reading in the present direction.
+    let (mut farthest, mut forward, mut pass) = (0, None::<bool>, 0);
+    for k in 0..u_m.len() {
+        let gone_m = u_m[k] - u_m[farthest];
+        match forward {
+            None if gone_m.abs() > TURNED * span_m => (forward, farthest) = (Some(gone_m > 0.0), k),
+            None => {}
+            Some(ahead) if (gone_m > 0.0) == ahead => farthest = k,
+            Some(ahead) if gone_m.abs() > TURNED * span_m => {
+                pass += 1;
+                passes[farthest..k].fill(pass);
+                (forward, farthest) = (Some(!ahead), k);
+            }
+            Some(_) => {}
+        }
+        passes[k] = pass;
+    }
+    passes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_end_where_the_sensor_turns_round() {
+        let there = (0..100).map(|k| 0.2 * f64::from(k) / 99.0 + 0.004 * f64::from(k % 7) / 7.0);
+        let there: Vec<f64> = there.collect();
+        let back: Vec<f64> = there.iter().rev().copied().collect();
+        let all = [there.clone(), back, there].concat();
+        let found = passes(&all, 0.2, false);
+        for (k, pass) in found.iter().enumerate() {
+            // It sways at its ends.
+            let is_near_end = k % 100 < 8 || k % 100 > 92;
+            assert!(*pass == k / 100 || is_near_end, "{k}: {pass}");
+        }
+        assert_eq!(found.last(), Some(&2));
+        let round: Vec<f64> = (0..200).map(|k| (0.3 * f64::from(k) / 100.0 + 0.1).rem_euclid(0.3)).collect();
+        let found = passes(&round, 0.3, true);
+        assert_eq!((found[50], found[99], found[150]), (0, 0, 1));
+    }
 }

@@ -131,7 +131,7 @@ pub(crate) struct Finished {
     pub factor: f64,
     /// Observability of the scan.
     pub seen: Seen,
-    /// Length of the curve before the joint fit, m.
+    /// Length of the curve before the joint fit, where readings see it, m.
     pub first_length_m: f64,
 }
 
@@ -179,7 +179,7 @@ pub(crate) fn finish(
     let cut = reknotted(&placed, state.spline.spacing_m, Some(&counts))?.spline;
     let spacing_m = spacing_for(&cut, knots_m(readings, cut.length_m(), least_m));
     let state = reknotted(&placed, spacing_m, Some(&counts))?;
-    settled(readings, state, stated, from.first.spline.length_m())
+    settled(readings, state, stated, from.first.seen_length_m())
 }
 
 /// The answer with the knots of another, for readings with new stamps.

@@ -231,6 +231,9 @@ fn a_short_gap_is_bridged_and_two_seams_are_not_joined() {
     let points: Vec<_> = seam(0, 560, 0.0).chain(seam(1026, 1600, 0.0)).collect();
     let found = ordered(&points).unwrap();
     assert!(!found.closed && found.along_m.iter().all(Option::is_some));
+    // So are 130 mm, more than either part: the order of time decides.
+    let points: Vec<_> = seam(0, 360, 0.0).chain(seam(1226, 1600, 0.0)).collect();
+    assert!(ordered(&points).unwrap().along_m.iter().all(Option::is_some));
     // Side by side the parts have half of the points each, and neither has most of them.
     let points: Vec<_> = seam(0, 800, 0.0).chain(seam(0, 800, 0.03)).collect();
     assert!(ordered(&points).is_none());

@@ -49,7 +49,7 @@ pub(crate) fn answered(
     if config.target == Target::Line {
         return Ok(line);
     }
-    let is_forced = config.target == Target::Curve || config.seam_cad.is_some();
+    let is_forced = config.asks_for_curve();
     let unused = unused(config);
     let unsupported =
         unsupported(config, &line).or(unused.first().map(|(_, why)| *why).filter(|_| is_forced));

@@ -8,7 +8,7 @@ use crate::assess::sensor_shape::SensorShape;
 use crate::calibrate::curved::checks::{ambiguity, observability};
 use crate::calibrate::curved::models::models;
 use crate::calibration::Calibration;
-use crate::config::{Config, SensorMode};
+use crate::config::{Config, PartMoves, SensorMode};
 use crate::curve::answer::{Answered, Asked};
 use crate::curve::considered::{DetectorError, EdgeError, Errors, ShapeError};
 use crate::curve::fit::{CONVERGED, TUKEY_SIGMAS};
@@ -45,6 +45,8 @@ pub(crate) struct Scan {
     knowledge: ShapeKnowledge,
     /// Whether the scan may improve it.
     improves_sensor: bool,
+    /// Whether the part moves between passes.
+    part: Option<PartMoves>,
 }
 
 impl Scan {
@@ -79,6 +81,7 @@ impl Scan {
             rate_sigma_ppm,
             knowledge,
             improves_sensor,
+            part: config.part_moves,
         })
     }
 
@@ -109,7 +112,7 @@ impl Scan {
         let SystematicLevels { robot, edge_radius_m, feature_bias_px: px, .. } = self.levels;
         let edge = EdgeError { radius_m: edge_radius_m, from_origin: self.observations.are_pixels };
         let detector = DetectorError { px, observations: &self.observations };
-        Errors { robot, shape, edge, detector: (px > 0.0).then_some(detector) }
+        Errors { robot, shape, part: self.part, edge, detector: (px > 0.0).then_some(detector) }
     }
 
     /// The calibration, with the streams of the line's calibration.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::assess::seam_error::ShareOf;
+use crate::config::PartMoves;
 use crate::curve::considered::{EdgeError, ShapeError};
 use crate::curve::moved::Moves;
 use nalgebra::SVector;
@@ -133,4 +134,30 @@ fn a_drift_of_the_clock_is_taken_out() {
     let off_s = (free.answer.at().time_offset_s - expected_s).abs();
     assert!(off_s < 4.0 * free.answer.noise[(0, 0)].sqrt(), "{off_s}");
     assert!(free.readings.is_some());
+}
+
+/// A part that a fixture puts elsewhere in each pass: with its six numbers for each pass the answer is within its ±, without them it is not.
+#[test]
+fn a_part_that_moves_between_passes_is_taken_out() {
+    let moves = PartMoves { shift_m: 0.3e-3, turn_rad: 0.1_f64.to_radians() };
+    let part_moves = [moves.shift_m, moves.turn_rad];
+    for kind in [CurveKind::Free, CurveKind::Pipe] {
+        let (mut with, mut without) = (0.0, 0.0);
+        const SCANS: u64 = 4;
+        for seed in 3..3 + SCANS {
+            let (recording, _) = scan_curve(&CurveScan { part_moves, ..CurveScan::good(kind) }, seed);
+            let (readings, truth) = readings(&recording, false);
+            let off = |part: Option<PartMoves>| {
+                let answer = answered_with(&readings, &truth, Errors { part, ..Errors::NONE });
+                let shares = answer.shares.iter().map(|share| &share.columns * share.columns.transpose());
+                let more = shares.fold(nalgebra::DMatrix::zeros(7, 7), |sum, share| sum + share);
+                let covariance = answer.noise + SMatrix::<f64, 7, 7>::from_fn(|i, j| more[(i, j)]);
+                squared_sigmas(&truth, &answer.at(), &covariance).unwrap() / (7 * SCANS) as f64
+            };
+            with += off(Some(moves));
+            without += off(None);
+        }
+        // χ²₂₈/28 exceeds 2.2 in one of ten thousand.
+        assert!(with < 2.2 && without > 10.0, "{}: {with} {without}", kind.name());
+    }
 }

@@ -1,0 +1,40 @@
+//! A part that moves between passes: six unknowns for each pass after the first, with a prior.
+//!
+//! A fixture clamps a part again within its scatter. Each pass then sees the curve at its own place. The six unknowns of a pass are
+//! the shift and the turn about the middle of the curve, relative to the first pass.
+
+use crate::assess::seam_error::ShareOf;
+use crate::config::PartMoves;
+use crate::curve::considered::Considered;
+use crate::curve::fit::Fitted;
+use crate::curve::moved::Moves;
+use crate::curve::passes::passes;
+use crate::curve::sight::Sight;
+use nalgebra::{Matrix2xX, Vector3};
+use trueline_geometry::so3;
+
+/// Unknowns of a pass.
+const PLACE: usize = 6;
+
+impl PartMoves {
+    /// Displacement of the readings by one standard deviation of each unknown; `None` for a single pass.
+    #[must_use]
+    pub(crate) fn at(&self, fitted: &Fitted) -> Option<Considered> {
+        let spline = &fitted.state.spline;
+        let passes = passes(&fitted.state.u_m, spline.span_m(), spline.closed);
+        let last = passes.iter().copied().max().filter(|last| *last > 0)?;
+        let middle = spline.control.iter().sum::<Vector3<f64>>() / spline.control.len() as f64;
+        let by_reading = |(k, seen): (usize, &Option<Sight>)| {
+            let (seen, pass) = (seen.as_ref()?, passes[k].checked_sub(1)?);
+            let lever = spline.at(&seen.basis).0 - middle;
+            let mut by = Matrix2xX::zeros(PLACE * last);
+            by.columns_mut(PLACE * pass, 3).copy_from(&(seen.by_point * self.shift_m));
+            let turn = seen.by_point * -so3::hat(&lever) * self.turn_rad;
+            by.columns_mut(PLACE * pass + 3, 3).copy_from(&turn);
+            Some((k, by))
+        };
+        let readings = fitted.sights.iter().enumerate().filter_map(by_reading).collect();
+        let moves = Moves { errors: PLACE * last, readings, every: 1 };
+        Some(Considered { of: ShareOf::SeamForm, moves, shape: None, is_estimated: true })
+    }
+}
