@@ -5,7 +5,8 @@
 //! cell as well. With `--curve` a curve is fitted even if a line explains the scan. With `--cad` it is fitted with a drawing
 //! of the seam, at any pose, from which the seam deviates at each knot.
 //! `--sensor=PER_MILLE` draws scales, shear and keystone of each sensor, `--stated` writes that into its file, `--held` holds the sensor,
-//! `--bow=MM` bends its laser sheet. `--unseen=PART` leaves out the readings of that part of the curve.
+//! `--bow=MM` bends its laser sheet. `--unseen=PART` leaves out the readings of that part of the curve. `--part=MM` moves the part
+//! between passes, by that and by a third of a degree for each millimetre.
 
 use crate::arguments::number;
 use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
@@ -18,7 +19,7 @@ use trueline_dataset::sensor_setup::{KEYSTONE_REACH_M, SensorUncertainty};
 use trueline_dataset::{Guess, Measured, Recording, Truth};
 use trueline_geometry::{Polyline, se3, so3};
 use trueline_method::order_statistics::median;
-use trueline_method::{Calibration, Config, SeamCad, SensorMode, Status, Target, calibrate};
+use trueline_method::{Calibration, Config, PartMoves, SeamCad, SensorMode, Status, Target, calibrate};
 use trueline_model::{LaserSheet, SheetField};
 use trueline_sim::curves::{CurveKind, CurveScan, SensorError, scan_curve};
 
@@ -75,6 +76,8 @@ struct Asked {
     sensors: Sensors,
     /// Part of each curve of which there are no readings.
     unseen: f64,
+    /// How far each part moves between passes.
+    part_moves: Option<PartMoves>,
 }
 
 /// How far the sensors of the cells are off.
@@ -231,6 +234,9 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
             },
         },
         unseen: part(&options, "--unseen=")?,
+        part_moves: Some(part(&options, "--part=")?)
+            .filter(|mm| *mm > 0.0)
+            .map(|mm| PartMoves { shift_m: mm * 1e-3, turn_rad: (mm / 3.0).to_radians() }),
     };
     let is_wanted = |kind: &CurveKind| kinds.is_empty() || kinds.iter().any(|name| name == kind.name());
     println!("Right: time offset within 4 of its ± and 1 ms; wrong: accepted, and beyond 6 of its ±.\n");
@@ -254,7 +260,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
 impl Outcome {
     fn of(kind: CurveKind, seed: u64, asked: Asked) -> Self {
         let sensor = asked.sensors.error(seed);
-        let scan = CurveScan { sensor, unseen: asked.unseen, ..CurveScan::good(kind) };
+        let part_moves = asked.part_moves.map_or([0.0; 2], |moves| [moves.shift_m, moves.turn_rad]);
+        let scan = CurveScan { sensor, unseen: asked.unseen, part_moves, ..CurveScan::good(kind) };
         let (mut recording, _) = scan_curve(&scan, seed);
         recording.setup.uncertainty = asked.sensors.stated();
         // The simulated robot has noise, and no error that lasts.
@@ -262,6 +269,7 @@ impl Outcome {
             robot_accuracy_m: Some(0.0),
             sensor: asked.sensors.mode,
             target: if asked.is_forced { Target::Curve } else { Target::Seam },
+            part_moves: asked.part_moves,
             seam_cad: asked.tolerance_m.and_then(|tolerance_m| drawn(kind, tolerance_m, seed)),
             ..Config::default()
         };

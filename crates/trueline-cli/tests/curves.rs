@@ -117,6 +117,7 @@ fn what_a_curve_has_no_use_for_is_refused() {
         (&["--time-offset-ms", "10"], "--time-offset-ms"),
         (&["--tilt-deg", "5"], "--tilt-deg"),
         (&["--seam-passes", "0"], "--seam-passes"),
+        (&["--seam-part-moves", "0.3,9"], "0.3,0.1"),
     ] {
         let output =
             trueline(folder, &[&["simulate", "--seam", "arc", "--out", "scan"][..], options].concat());
@@ -206,6 +207,8 @@ fn drawings_in_dxf_are_read_and_those_of_no_use_refused_with_their_cause() {
         (&["wavy", "--seam-cad", "mm.dxf", "--target", "line"], "--target line"),
         (&["wavy", "--seam-cad", "mm.dxf", "--fix", "time-offset"], "held"),
         (&["wavy", "--cad-tolerance-mm", "0.1"], "--seam-cad"),
+        (&["wavy", "--part-moves", "0.3", "--target", "line"], "--part-moves"),
+        (&["wavy", "--part-moves", "4"], "up to 3 mm"),
     ] {
         let output = trueline(folder, &[&["calibrate"][..], options].concat());
         assert_eq!(code(&output), 2, "{options:?}: {}", words(&output));
@@ -304,4 +307,24 @@ fn a_curved_weld_is_watched() {
     let output = trueline(dir.path(), &watched);
     let words = words(&output);
     assert!(code(&output) == 0 && words.contains("no change seen in"), "{words}");
+}
+
+/// A part that is clamped again between passes is answered right with the scatter of its fixture, and only with that.
+#[test]
+fn a_part_that_is_clamped_again_is_calibrated_with_the_scatter_of_its_fixture() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    cast(folder, &["saddle", "--seed", "3", "--seam-part-moves", "0.3,0.1"], "clamped");
+    let ideal = ["clamped", "--robot-accuracy-mm", "0"];
+    let known = calibrated(folder, &[&ideal[..], &["--part-moves", "0.3,0.1"]].concat(), 0);
+    // Four numbers beyond four standard deviations: one run in 4,000.
+    assert!(off_in_sigmas(&known, &truth(&folder.join("clamped"))) < 4.0, "{known:#}");
+    assert_eq!(known["options"]["part_moves"]["shift_mm"], 0.3);
+    // The moves look like noise, five times that of the profiler.
+    let output =
+        trueline(folder, &[&["calibrate"][..], &ideal, &["--json", "fixed.json", "--quiet"]].concat());
+    let fixed: Value = serde_json::from_slice(&fs::read(folder.join("fixed.json")).unwrap()).unwrap();
+    let sigma_s = |of: &Value| of["sigma"]["time_offset_s"].as_f64();
+    let is_surer = sigma_s(&fixed).is_none_or(|fixed_s| fixed_s > 2.0 * sigma_s(&known).unwrap());
+    assert!(code(&output) == 1 || is_surer, "{}", words(&output));
 }

@@ -118,7 +118,7 @@ impl Asked<'_> {
             return self.of_time_alone(guess, &course);
         }
         let rivals = find(&searched, &best, self.search.within_s, self.search.threads);
-        let (best, rivals) = match better(&rivals).or_else(|| self.stated(&best, &rivals)) {
+        let (best, rivals) = match better(&best, &rivals).or_else(|| self.stated(&best, &rivals)) {
             None => (best, rivals),
             Some(other) => {
                 let best = other.rough.clone();
@@ -157,7 +157,7 @@ impl Asked<'_> {
         };
         let best = candidates.iter().find_map(fit)?;
         let rivals = compared(&searched, &best, &candidates, Some(&known), self.search.threads);
-        let other = better(&rivals).or_else(|| self.stated(&best, &rivals));
+        let other = better(&best, &rivals).or_else(|| self.stated(&best, &rivals));
         let best = other.map_or_else(|| best.clone(), |other| other.rough.clone());
         let rivals = compared(&searched, &best, &candidates, Some(&known), self.search.threads);
         let fine = finish(readings, &best, 0.0, Some(&known))?;
@@ -183,6 +183,34 @@ impl Asked<'_> {
         }
     }
 
+    /// The rivals without those that are less likely. A wrong offset lays the passes beside each other: the curve is longer and
+    /// fits each reading as well, because it has more freedom. And if the part moves, only a fit without its moves can be compared.
+    fn likely(&self, rivals: Vec<Rival>, finished: &Finished, course: &Course) -> Vec<Rival> {
+        let moves = self.errors.part.is_some();
+        let length_m = finished.fitted.state.spline.length_m();
+        let is_unlikely = |rival: &Rival| {
+            let is_weighed = !course.is_one_pass && (moves || rival.rough.is_longer_than(length_m));
+            let is_open = is_weighed && rival.is_named() && !rival.test.decided();
+            let fine = is_open.then(|| finish(self.search.readings, &rival.rough, 0.0, None)).flatten();
+            let fine = fine.map(|fine| self.with_errors(fine, true).finished);
+            fine.is_some_and(|fine| finished.log_likelihood() - fine.log_likelihood() > DECISIVE)
+        };
+        rivals.into_iter().filter(|rival| !is_unlikely(rival)).collect()
+    }
+
+    /// The fit with the estimated errors, if `is_whole`, and the shares of all errors.
+    fn with_errors(&self, finished: Finished, is_whole: bool) -> Improved {
+        let readings = self.search.readings;
+        let refit = |readings: &Readings, fit: &Finished| self.refitted(readings, fit);
+        let improved = is_whole.then(|| improved(readings, &finished, &self.errors, refit)).flatten();
+        improved.unwrap_or_else(|| {
+            let considered = self.errors.at(readings, &finished.fitted);
+            let share = |one: &Considered| one.share(&finished.fitted, &finished.root);
+            let shares = considered.iter().map(share).collect();
+            Improved { finished, shares, shape: None }
+        })
+    }
+
     /// The same fit to other readings.
     fn refitted(&self, readings: &Readings, finished: &Finished) -> Option<Finished> {
         if finished.fitted.state.placed.is_none() {
@@ -203,17 +231,8 @@ impl Asked<'_> {
     ) -> Answered {
         let readings = self.search.readings;
         let is_whole = held_at.is_none() && !course.is_one_pass;
-        let improved =
-            || improved(readings, &finished, &self.errors, |readings, fit| self.refitted(readings, fit));
-        let (finished, of_all, shape) = match is_whole.then(improved).flatten() {
-            Some(Improved { finished, shares, shape }) => (finished, shares, shape),
-            None => {
-                let considered = self.errors.at(readings, &finished.fitted);
-                let share = |one: &Considered| one.share(&finished.fitted, &finished.root);
-                let of_all: Vec<Share> = considered.iter().map(share).collect();
-                (finished, of_all, None)
-            }
-        };
+        let Improved { finished, shares: of_all, shape } = self.with_errors(finished, is_whole);
+        let rivals = self.likely(rivals, &finished, course);
         let labels = readings.labels();
         let curve = estimate((&finished, &labels), &of_all, course, is_near_weave);
         let is_collapsed = curve.collapsed_from_m.is_some();
@@ -242,12 +261,16 @@ impl Asked<'_> {
     }
 }
 
+/// Difference of log likelihoods that decides: that of 7 σ in one unknown, because the unknowns without a prior shift it by some units.
+const DECISIVE: f64 = 25.0;
 /// A time offset with a larger standard deviation is not determined, s.
 const TIME_SEEN_S: f64 = 5e-3;
 
-/// A rival that is clearly better than the best answer.
-fn better(rivals: &[Rival]) -> Option<&Rival> {
-    rivals.iter().find(|rival| rival.is_named() && rival.test.reversed())
+/// A rival that is clearly better than the best answer, and not only because its curve is longer.
+fn better<'r>(best: &Rough, rivals: &'r [Rival]) -> Option<&'r Rival> {
+    let length_m = best.fitted.state.spline.length_m();
+    let is_better = |rival: &&Rival| rival.is_named() && rival.test.reversed();
+    rivals.iter().filter(is_better).find(|rival| !rival.rough.is_longer_than(length_m))
 }
 
 /// The hand-eye transform as the guess states it.

@@ -185,8 +185,13 @@ fn step(
     let shares = shares(&considered, &beside, &posterior, first..last + 1)?;
     let by_shared = moved.rows(moved.len() - SHARED, SHARED);
     let noise = finished.seen.covariance * (variance / finished.variance);
+    // The priors of the errors, and the freedom that they give.
+    let own_posterior = posterior.view((own.start, own.start), (own.len(), own.len())).into_owned();
+    let occam = own_posterior.cholesky()?.ln_determinant();
     let is_far = by_shared.dot(&noise.cholesky()?.solve(&by_shared)) > FAR.powi(2);
-    let finished = finished.moved(&corrected, &moved, variance);
+    let mut finished = finished.moved(&corrected, &moved, variance);
+    let prior = 0.5 * (occam - total.norm_squared());
+    finished.evidence = finished.evidence.map(|evidence| evidence + prior);
     Some(Step { improved: Improved { finished, shares, shape }, corrected, errors: total, is_far })
 }
 

@@ -4,6 +4,7 @@ use crate::curve::equations::{Known, State};
 use crate::curve::fit::{Fitted, Terms, Weighing};
 use crate::curve::knots::{MOST_CONTROL, Piece, joined, reknotted, spacing_for};
 use crate::curve::order::curve_through;
+use crate::curve::passes::Course;
 use crate::curve::readings::Readings;
 use crate::curve::seen::Seen;
 use crate::curve::sight::{in_base, moving};
@@ -37,6 +38,8 @@ pub(crate) struct Rough {
     pub first: State,
     /// Fraction of the readings within half a millimetre.
     pub within: f64,
+    /// Whether its curve has no place that is seen twice: a wrong offset lays the passes beside each other, as one longer curve.
+    pub is_one_pass: bool,
 }
 
 impl Rough {
@@ -44,6 +47,27 @@ impl Rough {
     #[must_use]
     pub(crate) fn is_good(&self) -> bool {
         self.within > GOOD.0
+    }
+
+    /// Whether it needs no other candidate beside it: passes that repeat themselves agree by no chance.
+    #[must_use]
+    pub(crate) fn is_settled(&self) -> bool {
+        self.is_good() && !self.is_one_pass
+    }
+
+    /// Whether its curve is longer than another by more than errors of the answer change a length.
+    #[must_use]
+    pub(crate) fn is_longer_than(&self, length_m: f64) -> bool {
+        const LONGER: f64 = 1.25;
+        self.fitted.state.spline.length_m() > LONGER * length_m
+    }
+
+    /// Whether it is better than another.
+    #[must_use]
+    pub(crate) fn is_better_than(&self, other: &Self) -> bool {
+        let rank = |rough: &Self| (rough.is_settled(), rough.is_good());
+        rank(self) > rank(other)
+            || (rank(self) == rank(other) && !other.is_good() && self.within > other.within)
     }
 }
 
@@ -133,7 +157,8 @@ pub(crate) fn rough(readings: &Readings, at: &Guess, stated: Option<&Known>) -> 
     }
     let fitted = last?;
     let within = fitted.share_within(GOOD.1);
-    Some(Rough { fitted, first, within })
+    let is_one_pass = Course::of(readings, &first).is_one_pass;
+    Some(Rough { fitted, first, within, is_one_pass })
 }
 
 /// Holds directions that a curve does not determine: it would shrink along them.

@@ -2,7 +2,7 @@
 
 use crate::curve::arrow::ArrowRoot;
 use crate::curve::equations::{Known, State, sights};
-use crate::curve::fit::{Fitted, Terms, Weighing};
+use crate::curve::fit::{Fitted, TUKEY_SIGMAS, Terms, Weighing};
 use crate::curve::joint::{Rough, rough};
 use crate::curve::knots::{reknotted, spacing_for};
 use crate::curve::order::places_on;
@@ -87,7 +87,7 @@ impl Search<'_> {
         Found { best, nearest }
     }
 
-    /// The first good answer among candidates, or the best of all.
+    /// The first settled answer among candidates, or the best of all.
     fn first_good(
         &self,
         readings: &Readings,
@@ -98,12 +98,11 @@ impl Search<'_> {
         for some in candidates.chunks(self.threads.max(1)) {
             let found = parallel::map(self.threads, some.len(), |k| rough(readings, &some[k].at, None));
             for answer in found.into_iter().flatten() {
-                let is_better = best.as_ref().is_none_or(|best| answer.within > best.within);
-                if is_better && !best.as_ref().is_some_and(Rough::is_good) {
+                if best.as_ref().is_none_or(|best| answer.is_better_than(best)) {
                     best = Some(answer);
                 }
             }
-            if best.as_ref().is_some_and(Rough::is_good) {
+            if best.as_ref().is_some_and(Rough::is_settled) {
                 break;
             }
         }
@@ -133,6 +132,20 @@ pub(crate) struct Finished {
     pub seen: Seen,
     /// Length of the curve before the joint fit, where readings see it, m.
     pub first_length_m: f64,
+}
+
+impl Finished {
+    /// Log likelihood of the scan with the curve integrated out, against other fits of the same scan.
+    #[must_use]
+    pub(crate) fn log_likelihood(&self) -> f64 {
+        /// Loss of an outlier: Tukey's, a sixth of the square of its scale.
+        const OF_OUTLIER: f64 = TUKEY_SIGMAS * TUKEY_SIGMAS / 6.0;
+        let weights = &self.fitted.weights;
+        let outliers = weights.iter().filter(|weight| **weight == 0.0).count() as f64;
+        // Noise factor of the whiteners, whose determinants belong to the likelihood.
+        let whitened = self.factor / self.variance.sqrt();
+        self.evidence[0] - 2.0 * weights.len() as f64 * whitened.ln() - OF_OUTLIER * outliers
+    }
 }
 
 /// The same state with all readings.
