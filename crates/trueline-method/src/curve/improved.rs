@@ -106,8 +106,9 @@ pub(crate) fn improved(
     refit: impl Fn(&Readings, &Finished) -> Option<Finished>,
 ) -> Option<Improved> {
     let mut step = step(readings, (readings, finished), errors, None)?;
-    for _ in 0..REFITS {
-        if !step.is_far {
+    // The first fit takes readings near the end of a pass for sure ones.
+    for round in 0..REFITS {
+        if !(step.is_far || (round == 0 && errors.part.is_some())) {
             break;
         }
         let again = refit(&step.corrected, &step.improved.finished);
@@ -181,6 +182,9 @@ fn step(
             }
             _ => corrected.take_out(&one.moves, &own.into_owned()),
         }
+    }
+    if let Some(part) = &errors.part {
+        part.doubt(&mut corrected, &finished.fitted);
     }
     let shares = shares(&considered, &beside, &posterior, first..last + 1)?;
     let by_shared = moved.rows(moved.len() - SHARED, SHARED);

@@ -62,12 +62,15 @@ impl Rough {
         self.fitted.state.spline.length_m() > LONGER * length_m
     }
 
-    /// Whether it is better than another.
+    /// Whether it is better than another. Among good ones that is one with repeated passes, if it explains as much: the freedom of
+    /// one long pass explains a few outliers more.
     #[must_use]
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {
-        let rank = |rough: &Self| (rough.is_settled(), rough.is_good());
-        rank(self) > rank(other)
-            || (rank(self) == rank(other) && !other.is_good() && self.within > other.within)
+        const A_FEW: f64 = 0.05;
+        if self.is_good() && other.is_good() {
+            return !self.is_one_pass && other.is_one_pass && self.within > other.within - A_FEW;
+        }
+        self.within > other.within
     }
 }
 

@@ -6,9 +6,11 @@
 use crate::assess::seam_error::ShareOf;
 use crate::config::PartMoves;
 use crate::curve::considered::Considered;
+use crate::curve::equations::State;
 use crate::curve::fit::Fitted;
 use crate::curve::moved::Moves;
-use crate::curve::passes::passes;
+use crate::curve::passes::Passes;
+use crate::curve::readings::Readings;
 use crate::curve::sight::Sight;
 use nalgebra::{Matrix2xX, Vector3};
 use trueline_geometry::so3;
@@ -21,7 +23,7 @@ impl PartMoves {
     #[must_use]
     pub(crate) fn at(&self, fitted: &Fitted) -> Option<Considered> {
         let spline = &fitted.state.spline;
-        let passes = passes(&fitted.state.u_m, spline.span_m(), spline.closed);
+        let passes = self::passes(fitted).of;
         let last = passes.iter().copied().max().filter(|last| *last > 0)?;
         let middle = spline.control.iter().sum::<Vector3<f64>>() / spline.control.len() as f64;
         let by_reading = |(k, seen): (usize, &Option<Sight>)| {
@@ -37,4 +39,17 @@ impl PartMoves {
         let moves = Moves { errors: PLACE * last, readings, every: 1 };
         Some(Considered { of: ShareOf::SeamForm, moves, shape: None, is_estimated: true })
     }
+    /// Readings near the end of a pass, which may be off by a move.
+    pub(crate) fn doubt(&self, readings: &mut Readings, fitted: &Fitted) {
+        let doubtful = passes(fitted).is_near_end;
+        for (reading, _) in readings.list.iter_mut().zip(doubtful).filter(|(_, is_near)| *is_near) {
+            reading.covariance[0] += self.shift_m.powi(2);
+            reading.covariance[2] += self.shift_m.powi(2);
+        }
+    }
+}
+
+fn passes(fitted: &Fitted) -> Passes {
+    let State { spline, u_m, .. } = &fitted.state;
+    Passes::of(u_m, spline.span_m(), spline.closed)
 }

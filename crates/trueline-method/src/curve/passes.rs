@@ -21,6 +21,8 @@ const SWAYS_S: f64 = 1.5;
 const LEAST_OF_VARIANCE: f64 = 0.4;
 /// A pass ends where the sensor goes back by this fraction of the curve: it sways by less.
 const TURNED: f64 = 0.15;
+/// A reading this fraction of the curve from the end of a pass may belong to the next: the sensor sways by that.
+const NEAR_END: f64 = 0.04;
 /// Knots nearer than this fraction of the length of a weave follow it.
 const KNOTS_PER_WEAVE: f64 = 0.7;
 
@@ -105,38 +107,58 @@ fn weave_hz(readings: &Readings) -> Option<f64> {
     (strongest > LEAST_OF_VARIANCE * all).then_some(hz)
 }
 
-/// Pass of each reading, by its place on the curve, m: there, back, and so on; on a closed curve each round.
-#[must_use]
-pub(crate) fn passes(u_m: &[f64], span_m: f64, closed: bool) -> Vec<usize> {
-    if closed {
+/// Passes over a curve.
+pub(crate) struct Passes {
+    /// Pass of each reading.
+    pub of: Vec<usize>,
+    /// Whether a reading is so near the end of a pass that it may belong to the next.
+    pub is_near_end: Vec<bool>,
+}
+
+impl Passes {
+    /// From the place of each reading on the curve, m: there, back, and so on; on a closed curve each round.
+    #[must_use]
+    pub(crate) fn of(u_m: &[f64], span_m: f64, closed: bool) -> Self {
+        if closed { Self::round(u_m, span_m) } else { Self::there_and_back(u_m, span_m) }
+    }
+
+    fn round(u_m: &[f64], span_m: f64) -> Self {
         let (mut round_m, mut before_m) = (0.0, u_m.first().copied().unwrap_or(0.0));
         let place = |u_m: &f64| {
             let step_m = u_m - before_m;
             round_m += step_m - span_m * (step_m / span_m).round();
             before_m = *u_m;
-            (round_m.abs() / span_m) as usize
+            let rounds: f64 = (round_m / span_m).abs();
+            (rounds as usize, rounds > 0.5 && (rounds - rounds.round()).abs() < NEAR_END)
         };
-        return u_m.iter().map(place).collect();
+        let (of, is_near_end) = u_m.iter().map(place).unzip();
+        Self { of, is_near_end }
     }
-    let mut passes = vec![0; u_m.len()];
-    // The farthest reading in the present direction.
-    let (mut farthest, mut forward, mut pass) = (0, None::<bool>, 0);
-    for k in 0..u_m.len() {
-        let gone_m = u_m[k] - u_m[farthest];
-        match forward {
-            None if gone_m.abs() > TURNED * span_m => (forward, farthest) = (Some(gone_m > 0.0), k),
-            None => {}
-            Some(ahead) if (gone_m > 0.0) == ahead => farthest = k,
-            Some(ahead) if gone_m.abs() > TURNED * span_m => {
-                pass += 1;
-                passes[farthest..k].fill(pass);
-                (forward, farthest) = (Some(!ahead), k);
+
+    fn there_and_back(u_m: &[f64], span_m: f64) -> Self {
+        let mut of = vec![0; u_m.len()];
+        let mut ends_m = Vec::new();
+        // The farthest reading in the present direction.
+        let (mut farthest, mut forward, mut pass) = (0, None::<bool>, 0);
+        for k in 0..u_m.len() {
+            let gone_m = u_m[k] - u_m[farthest];
+            match forward {
+                None if gone_m.abs() > TURNED * span_m => (forward, farthest) = (Some(gone_m > 0.0), k),
+                None => {}
+                Some(ahead) if (gone_m > 0.0) == ahead => farthest = k,
+                Some(ahead) if gone_m.abs() > TURNED * span_m => {
+                    pass += 1;
+                    of[farthest..k].fill(pass);
+                    ends_m.push(u_m[farthest]);
+                    (forward, farthest) = (Some(!ahead), k);
+                }
+                Some(_) => {}
             }
-            Some(_) => {}
+            of[k] = pass;
         }
-        passes[k] = pass;
+        let is_near = |u_m: &f64| ends_m.iter().any(|end_m| (u_m - end_m).abs() < NEAR_END * span_m);
+        Self { of, is_near_end: u_m.iter().map(is_near).collect() }
     }
-    passes
 }
 
 #[cfg(test)]
@@ -149,15 +171,21 @@ mod tests {
         let there: Vec<f64> = there.collect();
         let back: Vec<f64> = there.iter().rev().copied().collect();
         let all = [there.clone(), back, there].concat();
-        let found = passes(&all, 0.2, false);
-        for (k, pass) in found.iter().enumerate() {
-            // It sways at its ends.
-            let is_near_end = k % 100 < 8 || k % 100 > 92;
-            assert!(*pass == k / 100 || is_near_end, "{k}: {pass}");
+        let found = Passes::of(&all, 0.2, false);
+        for (k, pass) in found.of.iter().enumerate() {
+            assert!(*pass == k / 100 || found.is_near_end[k], "{k}: {pass}");
+            let from_end = (k % 100).min(99 - k % 100);
+            assert!(!found.is_near_end[k] || from_end < 8, "{k}");
         }
-        assert_eq!(found.last(), Some(&2));
+        assert_eq!(found.of.last(), Some(&2));
         let round: Vec<f64> = (0..200).map(|k| (0.3 * f64::from(k) / 100.0 + 0.1).rem_euclid(0.3)).collect();
-        let found = passes(&round, 0.3, true);
-        assert_eq!((found[50], found[99], found[150]), (0, 0, 1));
+        let found = Passes::of(&round, 0.3, true);
+        assert_eq!((found.of[50], found.of[90], found.of[150]), (0, 0, 1));
+        assert!(
+            found.is_near_end[99]
+                && found.is_near_end[101]
+                && !found.is_near_end[0]
+                && !found.is_near_end[90]
+        );
     }
 }
