@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::planned_scan::PATH;
 use std::path::{Path, PathBuf};
-use trueline_dataset::{RobotSample, robot_csv};
+use trueline_dataset::{RobotSample, axes_folder, robot_csv};
 #[cfg(feature = "live")]
 use trueline_geometry::Trajectory;
 #[cfg(feature = "live")]
@@ -12,8 +12,18 @@ use trueline_live::pose_feed::{small_s, through};
 /// The poses of a path.
 ///
 /// # Errors
-/// A file that is missing or cannot be used.
+/// A file that is missing or cannot be used; a plan that moves external axes with the robot.
 pub(crate) fn read(path: &Path) -> Result<Vec<RobotSample>, Failure> {
+    let axes = path.join(axes_folder::VALUES_FILE);
+    if path.is_dir() && axes.exists() {
+        return Err(Failure::new(
+            format!(
+                "{}: this plan moves external axes with the robot, and this command moves the robot alone",
+                axes.display()
+            ),
+            "`trueline plan … --program krl,rapid` writes programs that move them too",
+        ));
+    }
     Ok(robot_csv::read_file(&file(path))?)
 }
 

@@ -3,10 +3,13 @@
 use crate::failure::Failure;
 use std::path::Path;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_dataset::{Problem, cad_file, robot_csv, source_file};
+use trueline_dataset::{AxisRecord, Problem, axes_folder, cad_file, robot_csv, source_file};
 use trueline_experiments::planned;
-use trueline_plan::{Cell, CellFiles, cell_toml};
-use trueline_sim::{FollowedPath, Scenario};
+use trueline_geometry::Axis;
+use trueline_plan::cell_axis::disturbed;
+use trueline_plan::{Cell, CellAxis, CellFiles, cell_toml};
+use trueline_sim::noise::Noise;
+use trueline_sim::{AxisCourse, FollowedPath, Scenario, SimulatedAxis};
 
 /// The poses to follow.
 pub(crate) const PATH: &str = "path.csv";
@@ -63,6 +66,8 @@ pub(crate) struct PlannedScan {
     pub path: FollowedPath,
     /// The cell as it was guessed.
     pub cell: Cell,
+    /// The external axes, off their rough places at random as well, with clocks of their own.
+    pub axes: Vec<SimulatedAxis>,
 }
 
 /// Reads the plan in a folder as a scan to simulate. Hand-eye and line differ from the guess at random, by as much as
@@ -84,5 +89,28 @@ pub(crate) fn read(folder: &Path, exact_guess: bool, seed: u64) -> Result<Planne
         .map_err(|error| Failure::new(format!("{}: {error}", file.display()), "plan it again"))?;
     let scenario = planned::scenario(&cell, path.duration_s(), (!exact_guess).then_some(seed))
         .map_err(|error| Failure::new(error.to_string(), error.hint()))?;
-    Ok(PlannedScan { scenario, path, cell })
+    let axes = axes(folder, &cell, exact_guess, seed)?;
+    Ok(PlannedScan { scenario, path, cell, axes })
+}
+
+/// Largest time offset of an axis, s.
+const AXIS_OFFSET_S: f64 = 0.04;
+
+/// The external axes of a plan, as they move in it.
+fn axes(folder: &Path, cell: &Cell, exact_guess: bool, seed: u64) -> Result<Vec<SimulatedAxis>, Failure> {
+    let records = axes_folder::of_plan(folder)?;
+    let mut noise = Noise::new(seed, 42);
+    let truth = disturbed(&cell.axes, seed);
+    let axis = |((record, rough), truth): ((&AxisRecord, &CellAxis), &Axis)| {
+        let placed = if exact_guess { rough.axis } else { *truth };
+        let first_ns = record.values.first().map_or(0, |value| value.stamp_ns);
+        let course = AxisCourse::Follows {
+            times_s: record.values.iter().map(|value| (value.stamp_ns - first_ns) as f64 * 1e-9).collect(),
+            values: record.values.iter().map(|value| value.value).collect(),
+        };
+        let time_offset_s = noise.uniform(-AXIS_OFFSET_S, AXIS_OFFSET_S);
+        let axis = Axis { time_offset_s, ..placed };
+        SimulatedAxis { name: record.name.clone(), carries: record.carries, axis, course }
+    };
+    Ok(records.iter().zip(&cell.axes).zip(&truth).map(axis).collect())
 }

@@ -98,7 +98,7 @@ const LONGEST_STEP_NS: i64 = 1_000_000_000;
 ///
 /// # Errors
 /// Error of the writer.
-pub(crate) fn write(mut out: impl Write, axes: &[AxisRecord]) -> std::io::Result<()> {
+pub fn write(mut out: impl Write, axes: &[AxisRecord]) -> std::io::Result<()> {
     let unit = |kind| if kind == AxisKind::Rotary { "deg" } else { "mm" };
     let names: Vec<String> = axes.iter().map(|axis| format!("{}_{}", axis.name, unit(axis.kind))).collect();
     writeln!(out, "time_s,{}", names.join(","))?;

@@ -15,7 +15,15 @@ use std::path::Path;
 /// The axes of a cell, in a dataset folder.
 pub(crate) const CELL_FILE: &str = "cell.toml";
 /// Their values over time.
-pub(crate) const VALUES_FILE: &str = "axes.csv";
+pub const VALUES_FILE: &str = "axes.csv";
+
+/// The axes of a plan's folder with their planned values; none where `cell.toml` names none.
+///
+/// # Errors
+/// As for a dataset's folder.
+pub fn of_plan(folder: &Path) -> Result<Vec<AxisRecord>, Error> {
+    of_folder(folder, None, &mut BTreeMap::new())
+}
 
 /// The axes of a dataset folder; none where `cell.toml` names none. If the robot stood at stops, they have a value at each.
 ///

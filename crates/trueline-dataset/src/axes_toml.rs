@@ -1,6 +1,7 @@
 //! `[[axis]]` of `cell.toml`: the external axes of a cell, and the body that each of them carries.
 
 use crate::axes::{AxisGuess, AxisRecord, Carries, in_mm, is_axis_name};
+use crate::axis_limits::{AxisLimits, LimitsTable, limits};
 use crate::error::{Error, Problem};
 use crate::sensor_toml::parse_toml;
 use crate::toml_place::in_toml;
@@ -31,6 +32,8 @@ struct AxisTable {
     point_mm: Option<[f64; 3]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     uncertainty: Option<UncertaintyTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    limits: Option<LimitsTable>,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
@@ -65,20 +68,30 @@ const OF_PLAN: [&str; 13] = [
 /// Refuses broken TOML, unknown keys, impossible or repeated names, directions without length, and an axis within the
 /// robot's poses without a stated place.
 pub(crate) fn parse(file: &Path, text: &str) -> Result<Vec<AxisRecord>, Error> {
+    Ok(planned(file, text)?.into_iter().map(|(axis, _)| axis).collect())
+}
+
+/// The same with the limits of each axis in a planned scan.
+///
+/// # Errors
+/// As for a scan, and limits that no axis has.
+pub fn planned(file: &Path, text: &str) -> Result<Vec<(AxisRecord, AxisLimits)>, Error> {
     let keys: toml::Table = parse_toml(file, text)?;
     if let Some(unknown) = keys.keys().find(|key| !OF_PLAN.contains(&key.as_str())) {
         let problem = Problem::Toml(format!("unknown table `{unknown}`; axes are `[[axis]]`"));
         return Err(Error::in_file(file, problem));
     }
     let wire: CellFile = parse_toml(file, text)?;
-    let mut axes: Vec<AxisRecord> = Vec::with_capacity(wire.axis.len());
+    let mut axes: Vec<(AxisRecord, AxisLimits)> = Vec::with_capacity(wire.axis.len());
     for table in &wire.axis {
-        let axis = axis(table).map_err(|problem| in_toml(file, text, problem))?;
-        if axes.iter().any(|other| other.name == axis.name) {
+        let (axis, limits) = axis(table)
+            .and_then(|axis| Ok((axis.clone(), limits(axis.kind, table.limits.as_ref())?)))
+            .map_err(|problem| in_toml(file, text, problem))?;
+        if axes.iter().any(|(other, _)| other.name == axis.name) {
             let expected = "a name for each axis";
             return Err(in_toml(file, text, Problem::Value { key: "axis.name", expected, found: axis.name }));
         }
-        axes.push(axis);
+        axes.push((axis, limits));
     }
     Ok(axes)
 }
@@ -157,6 +170,7 @@ pub(crate) fn text(axes: &[AxisRecord]) -> String {
             direction_deg: guess.sigma[0].map(f64::to_degrees),
             point_mm: guess.sigma[1].map(|sigma_m| sigma_m * MM_PER_M),
         }),
+        limits: None,
     };
     toml::to_string(&CellFile { axis: axes.iter().map(table).collect() }).unwrap_or_default()
 }

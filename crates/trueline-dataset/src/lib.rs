@@ -18,9 +18,10 @@
 //! ```
 
 pub mod axes;
-mod axes_csv;
-mod axes_folder;
-mod axes_toml;
+pub mod axes_csv;
+pub mod axes_folder;
+pub mod axes_toml;
+pub mod axis_limits;
 mod axis_problem;
 pub mod cad_file;
 pub mod calibration_file;
@@ -98,6 +99,7 @@ pub mod whole_folder;
 pub mod written_form;
 
 pub use axes::{AxisRecord, Carries};
+pub use axis_limits::{AxisLimits, AxisMotion};
 pub use axis_problem::AxisProblem;
 pub use calibration_file::KnownCalibration;
 pub use dialect::Dialect;

@@ -1,5 +1,6 @@
 //! Prior knowledge of a scan: sensor, rough mounting, rough line, limits, noise.
 
+use crate::cell_axis::CellAxis;
 use crate::course::{Course, NoCourse};
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
@@ -66,6 +67,8 @@ pub struct Cell {
     pub arm: Option<MountedArm>,
     /// Bodies that must not touch.
     pub surroundings: Surroundings,
+    /// External axes that move in the scan, in the order of the chain.
+    pub axes: Vec<CellAxis>,
 }
 
 /// Why a calibration is of no use for planning in a cell.
@@ -90,6 +93,12 @@ pub enum NotThisCell {
 }
 
 impl Cell {
+    /// Whether nothing of the guess can be wrong.
+    #[must_use]
+    pub fn has_exact_guess(&self) -> bool {
+        self.guess_error.is_none() && self.axes.iter().all(|axis| axis.error == [0.0; 2])
+    }
+
     /// Replaces the straight seam by a curve through points in base, m, with the same approach.
     ///
     /// # Errors

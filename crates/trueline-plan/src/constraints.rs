@@ -42,11 +42,15 @@ pub enum Constraint {
     Wrist,
     /// The distance of the robot's load from the plates.
     Clearance,
+    /// Speed of the external axes.
+    AxisSpeed,
+    /// Their acceleration.
+    AxisAcceleration,
 }
 
 impl Constraint {
     /// All of them.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::Speed,
         Self::TipSpeed,
         Self::Acceleration,
@@ -63,6 +67,8 @@ impl Constraint {
         Self::JointAcceleration,
         Self::Wrist,
         Self::Clearance,
+        Self::AxisSpeed,
+        Self::AxisAcceleration,
     ];
 
     /// The name for a person.
@@ -85,6 +91,8 @@ impl Constraint {
             Self::JointAcceleration => "joint acceleration",
             Self::Wrist => "margin to the wrist singularity",
             Self::Clearance => "clearance to the plates",
+            Self::AxisSpeed => "external axis speed",
+            Self::AxisAcceleration => "external axis acceleration",
         }
     }
 
@@ -108,6 +116,8 @@ impl Constraint {
             Self::JointAcceleration => "acceleration_of_the_joints",
             Self::Wrist => "way_to_the_wrist's_singularity",
             Self::Clearance => "room_above_the_plates",
+            Self::AxisSpeed => "speed_of_the_external_axes",
+            Self::AxisAcceleration => "acceleration_of_the_external_axes",
         }
     }
 
@@ -120,6 +130,7 @@ impl Constraint {
             Self::Reach | Self::JointRange | Self::JointSpeed | Self::Wrist => cell.arm.is_some(),
             Self::JointAcceleration => joints().any(|joint| joint.acceleration_rad_s2.is_some()),
             Self::Clearance => !cell.surroundings.is_empty(),
+            Self::AxisSpeed | Self::AxisAcceleration => !cell.axes.is_empty(),
             _ => true,
         }
     }
@@ -155,10 +166,14 @@ impl Constraints {
     /// jerk.
     #[must_use]
     pub(crate) fn too_fast(&self) -> f64 {
-        use Constraint::{Acceleration, Jerk, Speed, TipSpeed, TurnAcceleration, TurnJerk, TurnRate};
+        use Constraint::{
+            Acceleration, AxisAcceleration, AxisSpeed, Jerk, Speed, TipSpeed, TurnAcceleration, TurnJerk,
+            TurnRate,
+        };
         let most = |list: &[Constraint]| list.iter().map(|one| self.used(*one)).fold(0.0, f64::max);
-        let speed = most(&[Speed, TipSpeed, TurnRate]);
-        speed.max(most(&[Acceleration, TurnAcceleration]).sqrt()).max(most(&[Jerk, TurnJerk]).cbrt())
+        let speed = most(&[Speed, TipSpeed, TurnRate, AxisSpeed]);
+        let acceleration = most(&[Acceleration, TurnAcceleration, AxisAcceleration]);
+        speed.max(acceleration.sqrt()).max(most(&[Jerk, TurnJerk]).cbrt())
     }
 
     /// By how much limits are exceeded in all; 0 if none is.
@@ -178,6 +193,7 @@ pub(crate) fn of_motion(cell: &Cell, motion: &Motion, period_s: f64) -> Constrai
     let poses = motion.sampled(period_s);
     moving(cell, &poses, period_s, &mut constraints);
     in_the_box(cell, &poses, &mut constraints);
+    axes_moving(cell, motion, period_s, &mut constraints);
     constraints
 }
 
@@ -292,6 +308,19 @@ fn fastest_m_s(velocity: &Vector3<f64>, turn: &Vector3<f64>, reach_m: f64) -> f6
     let square = (velocity.norm_squared() - along * along).max(0.0).sqrt();
     let sideways = square + rate * reach_m;
     (along * along + sideways * sideways).sqrt()
+}
+
+fn axes_moving(cell: &Cell, motion: &Motion, period_s: f64, constraints: &mut Constraints) {
+    let records = motion.axis_records(cell, period_s, period_s);
+    for (axis, record) in cell.axes.iter().zip(&records) {
+        let rates = record.values.windows(2).map(|pair| (pair[1].value - pair[0].value) / period_s);
+        let rates: Vec<f64> = rates.collect();
+        let fastest = rates.iter().fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        let changes = rates.windows(2).map(|pair| (pair[1] - pair[0]).abs() / period_s);
+        constraints.raise(Constraint::AxisSpeed, fastest / axis.limits.speed);
+        let most = changes.fold(0.0, f64::max) / axis.limits.acceleration;
+        constraints.raise(Constraint::AxisAcceleration, most);
+    }
 }
 
 fn in_the_box(cell: &Cell, poses: &[Pose], constraints: &mut Constraints) {

@@ -1,39 +1,12 @@
 //! The numbers that a path is made of, and the box that they are searched in.
 
-use crate::limits::Limits;
+use crate::axis_course::AxisCourse;
+use crate::cell::Cell;
+use crate::cell_axis::CellAxis;
 use crate::seam::Seam;
 use crate::shape::Shape;
-
-/// One harmonic of a sweep.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Swing {
-    /// Amplitude, in the unit of the swing.
-    pub amplitude: f64,
-    /// Frequency, Hz.
-    pub frequency_hz: f64,
-    /// Phase, rad.
-    pub phase_rad: f64,
-}
-
-/// Something that swings about a mean over time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sweep {
-    /// Mean, in the unit of the swing.
-    pub mean: f64,
-    /// Two harmonics: one alone leaves the distances between its turning points unused.
-    pub swings: [Swing; 2],
-}
-
-impl Sweep {
-    /// Value at a time, s.
-    #[must_use]
-    pub fn at(&self, time_s: f64) -> f64 {
-        let swung = self.swings.iter().map(|swing| {
-            swing.amplitude * (std::f64::consts::TAU * swing.frequency_hz * time_s + swing.phase_rad).sin()
-        });
-        self.mean + swung.sum::<f64>()
-    }
-}
+use crate::sweep::{Sweep, Swing};
+use trueline_dataset::AxisMotion;
 
 /// A path in numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,6 +27,8 @@ pub struct Design {
     pub stand_off: Sweep,
     /// Work angle, travel angle, spin, rad.
     pub tilts: [Sweep; 3],
+    /// The external axes, in the order of the cell's.
+    pub axes: Vec<AxisCourse>,
 }
 
 impl Design {
@@ -69,10 +44,9 @@ impl Design {
     pub(crate) fn slowed(mut self, times: f64) -> Self {
         let bow_hz = self.stripe.swings[0].frequency_hz;
         for sweep in [&mut self.stripe, &mut self.stand_off].into_iter().chain(&mut self.tilts) {
-            for swing in &mut sweep.swings {
-                swing.frequency_hz /= times;
-            }
+            *sweep = sweep.slowed(times);
         }
+        self.axes = self.axes.into_iter().map(|course| course.slowed(times)).collect();
         if self.shape == Shape::C {
             self.stripe.swings[0].frequency_hz = bow_hz;
         }
@@ -99,19 +73,24 @@ pub(crate) fn least_share(seam: &Seam) -> f64 {
     (LEAST_LENGTH_M / seam.length_m()).min(PART_OF_SHORT_SEAM)
 }
 
-/// Numbers of a design: ramp, share and centre of the seam. Each sweep has its reach, the shares of its two harmonics,
+/// Numbers of a design without external axes: ramp, share and centre of the seam. Each sweep has its reach, the shares of its two harmonics,
 /// and two frequencies and phases; all but the one along the stripe have a mean.
 pub const DIMENSION: usize = 3 + 6 + 4 * 7;
+/// Further numbers for an external axis that swings.
+const OF_AXIS: usize = 7;
+
+/// Numbers of a design in a cell.
+#[must_use]
+pub(crate) fn dimension(cell: &Cell) -> usize {
+    let swing = cell.axes.iter().filter(|axis| axis.limits.motion == AxisMotion::Swings);
+    DIMENSION + OF_AXIS * swing.count()
+}
 
 /// Makes the design of a point of the unit box. For any point, means and swings stay within the limits of stand-off
-/// and tilt.
+/// and tilt, and the axes within their ranges. Numbers that are missing are in the middle.
 #[must_use]
-pub(crate) fn from_unit_box(
-    (limits, seam): (&Limits, &Seam),
-    shape: Shape,
-    duration_s: f64,
-    unit: &[f64; DIMENSION],
-) -> Design {
+pub(crate) fn from_unit_box(cell: &Cell, shape: Shape, duration_s: f64, unit: &[f64]) -> Design {
+    let (limits, seam) = (&cell.limits, &cell.seam);
     let mut rest = unit.iter().map(|x| mirrored(*x));
     let mut next = |low: f64, high: f64| low + (high - low) * rest.next().unwrap_or(0.5);
     let longest_ramp_s = RAMP_S[1].min(0.25 * duration_s);
@@ -134,7 +113,9 @@ pub(crate) fn from_unit_box(
     };
     let stand_off = within(limits.stand_off_m);
     let tilts = limits.tilt_rad.map(|limit| within([-limit, limit]));
-    Design { shape, duration_s, ramp_s, length_share, centre, stripe, stand_off, tilts }
+    let mut course = |axis: &CellAxis| AxisCourse::within(&axis.limits, duration_s - ramp_s, &mut within);
+    let axes = cell.axes.iter().map(&mut course).collect();
+    Design { shape, duration_s, ramp_s, length_share, centre, stripe, stand_off, tilts, axes }
 }
 
 /// Two harmonics with a sum of amplitudes of `reach`.

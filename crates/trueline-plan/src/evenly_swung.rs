@@ -1,7 +1,7 @@
 //! Sweeps at many times in a row. If these are evenly spaced, a swing's sine and cosine are rotated by one step instead of
 //! computed anew.
 
-use crate::design::Sweep;
+use crate::sweep::Sweep;
 
 /// Swings of the five sweeps.
 const SWINGS: usize = 10;
@@ -60,7 +60,7 @@ fn each(sweeps: [&Sweep; 5], angle: impl Fn(f64, f64) -> f64) -> [[f64; 2]; SWIN
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::Swing;
+    use crate::sweep::Swing;
 
     #[test]
     fn turned_on_it_is_what_it_is_when_asked_for_anew() {

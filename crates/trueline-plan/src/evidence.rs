@@ -1,8 +1,9 @@
 //! Joint information of frames: their whitened residuals, with the derivatives by everything that moves them.
 
+use crate::covariances::{in_si, inverse};
 use crate::criterion::SensorCovariance;
 use crate::prediction::Prediction;
-use nalgebra::{DMatrix, Matrix2, SMatrix};
+use nalgebra::{Const, DMatrix, Dyn, Matrix2, OMatrix, SMatrix};
 use std::collections::BTreeMap;
 
 /// The whitened residuals of a frame.
@@ -20,6 +21,8 @@ pub(crate) struct FrameRows<const ROWS: usize, const N: usize> {
     pub by_shift: SMatrix<f64, ROWS, 3>,
     /// By a turn of the robot in base, rad.
     pub by_turn: SMatrix<f64, ROWS, 3>,
+    /// By the numbers of the external axes, in units of their priors; no columns without axes.
+    pub by_axes: OMatrix<f64, Const<ROWS>, Dyn>,
     /// Piece of a curved seam of unknown form, and the derivatives by its place square to the seam; `None` for a straight seam.
     pub piece: Option<(usize, SMatrix<f64, ROWS, 2>)>,
 }
@@ -39,6 +42,8 @@ pub(crate) struct Evidence<const ROWS: usize, const N: usize> {
     pub known_of_form: f64,
     /// Required unknowns that are held fixed, because nothing determines them.
     pub held: Vec<usize>,
+    /// Prior standard deviations of the numbers of the external axes, SI.
+    pub axis_sigmas: Vec<f64>,
 }
 
 /// Prior information of the place of a piece: one over its variance, 1/m², for a standard deviation of 0.1 m.
@@ -72,20 +77,50 @@ impl<const ROWS: usize, const N: usize> Evidence<ROWS, N> {
         told
     }
 
-    /// A fast covariance of clock and hand-eye, with an exact sensor; `None` if something is not determined at all.
-    pub(crate) fn covariance<const K: usize>(&self) -> Option<SensorCovariance> {
+    /// The same with the external axes behind, and their priors.
+    fn told_with_axes<const K: usize>(&self, until: usize) -> DMatrix<f64> {
+        let plain = self.told::<K>(until);
+        let axes = self.axis_sigmas.len();
+        let mut told = DMatrix::identity(K + axes, K + axes);
+        told.view_mut((0, 0), (K, K)).copy_from(&plain);
+        if axes == 0 {
+            return told;
+        }
+        let mut own = DMatrix::zeros(axes, axes);
+        let mut cross = DMatrix::zeros(axes, K);
+        for frame in self.frames.iter().filter(|frame| frame.sight < until) {
+            let weight = frame.share * self.stride;
+            own.gemm_tr(weight, &frame.by_axes, &frame.by_axes, 1.0);
+            cross.gemm_tr(weight, &frame.by_axes, &frame.columns.fixed_columns::<K>(0), 1.0);
+        }
+        let mut behind = told.view_mut((K, K), (axes, axes));
+        behind += own;
+        told.view_mut((K, 0), (axes, K)).copy_from(&cross);
+        told.view_mut((0, K), (K, axes)).copy_from(&cross.transpose());
+        told
+    }
+
+    /// A fast covariance of clock and hand-eye, and of the external axes, with an exact sensor; `None` if
+    /// something is not determined at all.
+    pub(crate) fn covariance<const K: usize>(&self) -> Option<(SensorCovariance, DMatrix<f64>)> {
+        let axes = self.axis_sigmas.len();
+        if axes > 0 {
+            let inverse = inverse(&self.told_with_axes::<K>(usize::MAX))?;
+            let of_axes = in_si(&inverse, &self.axis_sigmas);
+            return Some((SensorCovariance::from_fn(|i, j| inverse[(i, j)]), of_axes));
+        }
         let mut told = self.told::<K>(usize::MAX);
         self.held.iter().for_each(|&k| told[(k, k)] += HELD);
         let scale = told.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
         let scaled = SMatrix::<f64, K, K>::from_fn(|i, j| told[(i, j)] * scale[i] * scale[j]);
         let inverse = scaled.cholesky()?.inverse();
-        Some(SensorCovariance::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
+        let own = SensorCovariance::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]);
+        Some((own, DMatrix::zeros(0, 0)))
     }
 
     /// Prediction from the first sights, with an exact sensor; `None` if it is not finite.
     pub(crate) fn prediction<const K: usize>(&self, until: usize) -> Option<Prediction> {
-        let told = self.told::<K>(until);
-        Prediction::of(&DMatrix::from_column_slice(K, K, told.as_slice()), &self.held, self.asked)
+        Prediction::of(&self.told_with_axes::<K>(until), &self.held, self.asked, &self.axis_sigmas)
     }
 }
 

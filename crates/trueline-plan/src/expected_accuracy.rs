@@ -12,7 +12,10 @@ use trueline_method::problem::parameters::LINES;
 #[must_use]
 pub fn over_time(cell: &Cell, plan: &Plan, times: usize) -> Vec<(f64, Prediction)> {
     let truth = Truth::guessed(cell);
-    let sights = truth.and_then(|truth| Some((truth, PredictedFrames::of(cell, &plan.motion, &truth, 1)?)));
+    let sights = truth.and_then(|truth| {
+        let sights = PredictedFrames::of(cell, &plan.motion, &truth, 1)?;
+        Some((truth, sights))
+    });
     let Some((truth, sights)) = sights else { return Vec::new() };
     let measured = plan.target.measured(cell, &truth, &sights, &plan.seen_by);
     let every = sights.list.len().div_ceil(times).max(1);

@@ -24,16 +24,21 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod axis_course;
+mod axis_goal;
 pub mod cell;
+pub mod cell_axis;
 pub mod cell_files;
 pub mod cell_toml;
 pub mod constraints;
 pub mod course;
+mod covariances;
 pub mod criterion;
 pub mod design;
 mod evenly_swung;
 mod evidence;
 pub mod expected_accuracy;
+pub mod expected_axes;
 pub mod guess_error;
 pub mod joint;
 pub mod limits;
@@ -57,11 +62,14 @@ pub mod shortest;
 pub mod stand_off;
 mod stripes_ahead;
 pub mod surroundings;
+pub mod sweep;
 pub mod target;
 pub mod truth;
 pub mod view;
 
+pub use axis_course::AxisCourse;
 pub use cell::{Cell, ExpectedNoise, NotThisCell};
+pub use cell_axis::CellAxis;
 pub use cell_files::CellFiles;
 pub use course::{Course, NoCourse};
 pub use criterion::{Criterion, Goal};

@@ -1,14 +1,20 @@
 //! A design as motion: smooth from rest to rest.
 
 use crate::cell::Cell;
+use crate::cell_axis::CellAxis;
 use crate::course::Course;
-use crate::design::{Design, Sweep};
+use crate::design::Design;
 use crate::evenly_swung::EvenlySwung;
 use crate::sensor_pose::{SensorPose, Station};
 use crate::shape::Shape;
+use crate::sweep::Sweep;
+use crate::truth::Truth;
 use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
+use trueline_dataset::AxisRecord;
+use trueline_dataset::axes::AxisValue;
 use trueline_geometry::{Pose, so3};
+use trueline_method::input::axis_chain::AxisChain;
 use trueline_model::Placement;
 
 /// The tool's motion over the scan.
@@ -24,6 +30,8 @@ pub struct Motion {
     along_m: [f64; 2],
     /// Time in which the sensor is spun between two passes, s; 0 without a spin.
     spin_s: f64,
+    /// External axes at their rough places, over time; `None` without axes.
+    axes: Option<AxisChain>,
 }
 
 /// Part of the time of a spin in which it gets up to speed, and again to rest.
@@ -33,6 +41,11 @@ const SPIN_USES: f64 = 0.98;
 
 /// Time between the poses of a path, s, at any rate of the robot's feedback: between them it may move straight.
 pub const PATH_PERIOD_S: f64 = 4e-3;
+
+/// Time between the values of an external axis, s. Cubic pieces are between them.
+const AXIS_PERIOD_S: f64 = 8e-3;
+/// Before the start and after the end an axis rests for so long, s.
+const AXIS_REST_S: f64 = 0.1;
 
 /// Step of the difference that gives velocities, s: at 1 m/s² it is 0.05 mm/s off.
 const STEP_S: f64 = 1e-4;
@@ -50,9 +63,68 @@ impl Motion {
             along_m: [design.centre, design.length_share].map(|part| part * cell.seam.length_m()),
             design,
             spin_s: 0.0,
+            axes: None,
         };
         let spin_s = if still.design.shape == Shape::Spun { still.spin_needs_s(cell) } else { 0.0 };
-        Self { spin_s, ..still }
+        let moving = Self { spin_s, ..still };
+        Self { axes: moving.chain(cell), ..moving }
+    }
+
+    /// The external axes over time; `None` without axes.
+    fn chain(&self, cell: &Cell) -> Option<AxisChain> {
+        if cell.axes.is_empty() {
+            return None;
+        }
+        let count = ((self.design.duration_s + 2.0 * AXIS_REST_S) / AXIS_PERIOD_S).ceil() as usize + 1;
+        let times_s: Vec<f64> = (0..count).map(|k| k as f64 * AXIS_PERIOD_S - AXIS_REST_S).collect();
+        let total_s = self.eased_total_s();
+        let eased_s: Vec<f64> = times_s.iter().map(|time_s| self.eased_and_spun(*time_s).0).collect();
+        let moved = cell.axes.iter().zip(&self.design.axes).map(|(axis, course)| {
+            let values = eased_s.iter().map(|eased_s| course.at(*eased_s, total_s)).collect();
+            (axis.axis, axis.record.carries, values)
+        });
+        Some(AxisChain::planned(moved.collect(), &times_s))
+    }
+
+    /// The axes at their rough places, over time; `None` without axes.
+    pub(crate) fn axes(&self) -> Option<&AxisChain> {
+        self.axes.as_ref()
+    }
+
+    /// The axes at the places of a truth; `None` without axes.
+    pub(crate) fn axes_at(&self, truth: &Truth) -> Option<AxisChain> {
+        Some(self.axes.as_ref()?.at_places(&truth.axes))
+    }
+
+    /// Values of the axes at a time, s, rad or m; they rest before the start and after the end.
+    #[must_use]
+    pub fn axis_values(&self, time_s: f64) -> Vec<f64> {
+        let within_s = time_s.clamp(0.0, self.design.duration_s);
+        self.axes.as_ref().and_then(|axes| axes.values_at(within_s)).unwrap_or_default()
+    }
+
+    /// Records of a cell's axes with a value each period, s, from so long before the start to so long after the end, s.
+    #[must_use]
+    pub fn axis_records(&self, cell: &Cell, period_s: f64, beyond_s: f64) -> Vec<AxisRecord> {
+        if cell.axes.is_empty() {
+            return Vec::new();
+        }
+        let count = ((self.design.duration_s + 2.0 * beyond_s) / period_s - 1e-9).ceil() as usize + 1;
+        let times_s = (0..count).map(|k| k as f64 * period_s - beyond_s);
+        let rows: Vec<(i64, Vec<f64>)> =
+            times_s.map(|time_s| ((time_s * 1e9).round() as i64, self.axis_values(time_s))).collect();
+        let record = |(k, axis): (usize, &CellAxis)| {
+            let values =
+                rows.iter().map(|(stamp_ns, values)| AxisValue { stamp_ns: *stamp_ns, value: values[k] });
+            AxisRecord { values: values.collect(), known: Some(axis.axis), ..axis.record.clone() }
+        };
+        cell.axes.iter().enumerate().map(record).collect()
+    }
+
+    /// The tool's pose by which the sensor goes so about the seam: the robot follows the axes at their rough places.
+    fn followed(&self, lines_from_tool: Pose, time_s: f64) -> Pose {
+        let robot = self.axes.as_ref().and_then(|axes| axes.without_axes(&lines_from_tool, time_s));
+        robot.unwrap_or(lines_from_tool)
     }
 
     /// Duration of half a turn at the limits of speed: it is made between the passes, while everything else rests.
@@ -150,14 +222,17 @@ impl Motion {
     #[must_use]
     pub fn seam_point(&self, time_s: f64) -> Vector3<f64> {
         let (point, bend) = (self.station(time_s).seam_point, self.bend(self.eased_and_spun(time_s).0));
-        bend.map_or(point, |bend| (bend * Point3::from(point)).coords)
+        let point = bend.map_or(point, |bend| (bend * Point3::from(point)).coords);
+        let carried = self.axes.as_ref().and_then(|axes| axes.base_from_part(time_s));
+        carried.map_or(point, |carried| (carried * Point3::from(point)).coords)
     }
 
     /// Pose of the tool at a time, s; before the start and after the end it rests.
     #[must_use]
     pub fn base_from_tool(&self, time_s: f64) -> Pose {
         let straight = self.sensor_pose.base_from_tool(&self.station(time_s));
-        self.bend(self.eased_and_spun(time_s).0).map_or(straight, |bend| bend * straight)
+        let bent = self.bend(self.eased_and_spun(time_s).0).map_or(straight, |bend| bend * straight);
+        self.followed(bent, time_s)
     }
 
     /// The point in the camera frame where the seam is expected, m.
@@ -166,22 +241,29 @@ impl Motion {
         self.sensor_pose.point_in_camera(&self.station(time_s))
     }
 
-    /// Pose of the tool at times, s, that are mostly a step apart, and its motion, in axes that turn with a curved seam. A hand-eye transform
-    /// places the camera.
-    pub(crate) fn placements(
-        &self,
-        times_s: impl Iterator<Item = f64>,
+    /// Pose of the tool about the seam at times, s, that are mostly a step apart, and its motion, in axes that turn with a curved seam. A truth
+    /// places camera and external axes.
+    pub(crate) fn placements<'a>(
+        &'a self,
+        times_s: impl Iterator<Item = f64> + 'a,
         step_s: f64,
-        tool_from_camera: &Pose,
-    ) -> impl Iterator<Item = (f64, Placement)> {
+        truth: &Truth,
+    ) -> impl Iterator<Item = (f64, Placement)> + 'a {
         let mut now = self.evenly(step_s);
         let mut after = self.evenly(step_s);
-        let tool_from_camera = *tool_from_camera;
+        let tool_from_camera = truth.tool_from_camera;
+        let elsewhere = self.axes_at(truth).filter(|_| !self.is_right_about(truth));
+        // The robot follows the axes where they are thought to be.
+        let seen = move |pose: Pose, time_s: f64| {
+            let robot = elsewhere.as_ref().map(|axes| (axes, self.followed(pose, time_s)));
+            robot.and_then(|(axes, robot)| axes.lines_from_carrier(&robot, time_s)).unwrap_or(pose)
+        };
         times_s.map(move |time_s| {
             let ((now, bend), (mut after, bend_after)) = (now(time_s), after(time_s + STEP_S));
             if let Some((bend, bend_after)) = bend.zip(bend_after) {
                 after = bend.inverse() * bend_after * after;
             }
+            let (now, after) = (seen(now, time_s), seen(after, time_s + STEP_S));
             let placement = Placement {
                 base_from_tool: now,
                 tool_from_camera,
@@ -190,6 +272,11 @@ impl Motion {
             };
             (time_s, placement)
         })
+    }
+
+    /// Whether the axes are where the robot follows them.
+    fn is_right_about(&self, truth: &Truth) -> bool {
+        self.axes.as_ref().is_none_or(|rough| rough.is_at(&truth.axes))
     }
 
     /// Pose of the tool over the straight seam at one time, s, after another, and the transform onto a curved seam; fast if they are a step apart.
@@ -207,8 +294,11 @@ impl Motion {
     pub fn sampled(&self, period_s: f64) -> Vec<Pose> {
         let count = (self.design.duration_s / period_s - 1e-9).ceil() as usize + 1;
         let mut pose = self.evenly(period_s);
-        let carried = |(straight, bend): (Pose, Option<Pose>)| bend.map_or(straight, |bend| bend * straight);
-        (0..count).map(|k| carried(pose(k as f64 * period_s))).collect()
+        let at = |time_s: f64| {
+            let (straight, bend) = pose(time_s);
+            self.followed(bend.map_or(straight, |bend| bend * straight), time_s)
+        };
+        (0..count).map(|k| k as f64 * period_s).map(at).collect()
     }
 }
 

@@ -17,6 +17,9 @@ const TWO_PASSES: [f64; DIMENSION] = [
     0.998, 0.436, 0.846, 0.066, 0.719, 0.062, 0.753,
 ];
 
+/// A wide and slow swing of an external axis, with a second harmonic: reach, mean, share of the first, then frequency and phase of each.
+pub(crate) const AXIS_PATTERN: [f64; 7] = [0.8, 0.5, 0.9, 0.25, 0.5, 0.5, 0.5];
+
 /// The pattern of a shape; `None` if none is known.
 #[must_use]
 pub(crate) fn of(shape: Shape) -> Option<&'static [f64; DIMENSION]> {

@@ -150,7 +150,10 @@ pub enum PlanError {
         seen_m: Option<[f64; 2]>,
     },
     /// All motions within the limits leave something unseen.
-    #[error("within these limits a scan of {duration_s} s determines {rank} of {of} unknowns")]
+    #[error(
+        "within these limits a scan of {duration_s} s determines {rank} of {of} unknowns{}",
+        named(hidden)
+    )]
     NotShown {
         /// Its duration, s.
         duration_s: f64,
@@ -158,6 +161,8 @@ pub enum PlanError {
         rank: usize,
         /// Total number.
         of: usize,
+        /// Hidden links of a cell with external axes, and the motion that determines each.
+        hidden: Vec<String>,
     },
     /// The arm cannot bring the sensor over the seam.
     #[error("the arm does not reach {}", if *middle { "the middle of the seam" } else { "both ends of the \
@@ -176,6 +181,10 @@ pub enum PlanError {
         /// The longest, s.
         most_s: f64,
     },
+}
+
+fn named(hidden: &[String]) -> String {
+    if hidden.is_empty() { String::new() } else { format!(". Hidden: {}", hidden.join("; ")) }
 }
 
 fn where_seen(seen_m: Option<[f64; 2]>) -> String {

@@ -1,11 +1,13 @@
 //! The search for the plan: which valleys are deep, then the bottom of the deepest.
 
+use crate::axis_goal;
 use crate::cell::Cell;
 use crate::constraints::{self, Constraint, Constraints};
-use crate::design::{DIMENSION, from_unit_box};
+use crate::design::{dimension, from_unit_box};
+use crate::expected_axes::all_hidden;
 use crate::motion::Motion;
 use crate::mounted_arm::{JointPath, NoStance, Stance};
-use crate::pattern;
+use crate::pattern::{self, AXIS_PATTERN};
 use crate::plan::{DURATION_S, PATH_PERIOD_S, Plan, PlanError, PlanRequest};
 
 use crate::predicted_frames::PredictedFrames;
@@ -49,7 +51,7 @@ const LEAST_SCOUT: usize = 800;
 /// # Errors
 /// [`PlanError`] names the limit.
 pub fn plan(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
-    best_sound(searched(cell, ask, tick)?.into_iter(), ask.duration_s)
+    best_sound(cell, searched(cell, ask, tick)?.into_iter(), ask.duration_s)
 }
 
 /// The best plan of each kind of path, the best of all first: all keep to all limits and show everything.
@@ -58,7 +60,7 @@ pub fn plan(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<
 /// As [`plan`].
 pub fn finalists(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Vec<Plan>, PlanError> {
     let all = searched(cell, ask, tick)?;
-    let best = best_sound(all.iter().cloned(), ask.duration_s)?;
+    let best = best_sound(cell, all.iter().cloned(), ask.duration_s)?;
     let others = all.into_iter().filter(|plan| rank(plan) < UNSEEN);
     let mut finalists = vec![best];
     for plan in others {
@@ -76,15 +78,18 @@ pub fn finalists(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Re
 fn searched(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Vec<Plan>, PlanError> {
     check(cell, ask.duration_s)?;
     let place = Place::of(cell, ask)?;
-    let valleys = if cell.guess_error.is_none() { 2 } else { 4 };
+    let valleys = if cell.has_exact_guess() { 2 } else { 4 };
     let valleys = (ask.evaluations / LEAST_SCOUT).clamp(1, valleys);
+    let size = dimension(cell);
     let one = |shape: Shape, k: usize| {
         let seed = ask.seed.wrapping_add(1000 * k as u64);
         match pattern::of(shape).filter(|_| k == 0) {
             Some(known) => {
-                Search::about(&place, shape, &DVector::from_column_slice(known), NEAR_SPREAD, seed)
+                let start = known.iter().chain(AXIS_PATTERN.iter().cycle());
+                let start = DVector::from_iterator(size, start.copied().take(size));
+                Search::about(&place, shape, &start, NEAR_SPREAD, seed)
             }
-            None => Search::about(&place, shape, &DVector::repeat(DIMENSION, 0.5), SPREAD, seed),
+            None => Search::about(&place, shape, &DVector::repeat(size, 0.5), SPREAD, seed),
         }
     };
     let mut searches: Vec<Search<'_>> =
@@ -113,7 +118,7 @@ pub(crate) fn replan(
     let place = Place::of(cell, ask)?;
     let mut search = Search::about(&place, near.motion.design().shape, &near.point, NEAR_SPREAD, ask.seed);
     search.run(ask.evaluations / 4, tick);
-    best_sound(search.best.into_iter(), ask.duration_s)
+    best_sound(cell, search.best.into_iter(), ask.duration_s)
 }
 
 /// First spread of a search in the unit box, and of one that begins near a plan or a pattern.
@@ -139,14 +144,16 @@ fn check(cell: &Cell, duration_s: f64) -> Result<(), PlanError> {
 }
 
 /// The best of the designs that keep all limits; or the obstacle of the one that comes nearest.
-fn best_sound(found: impl Iterator<Item = Plan>, duration_s: f64) -> Result<Plan, PlanError> {
+fn best_sound(cell: &Cell, found: impl Iterator<Item = Plan>, duration_s: f64) -> Result<Plan, PlanError> {
     let best = found.min_by(|a, b| rank(a).total_cmp(&rank(b)));
     let (constraint, used) =
         best.as_ref().map_or((Constraint::View, f64::INFINITY), |plan| plan.constraints.most());
     match best {
         Some(plan) if used <= 1.0 && plan.prediction.shows_all() => Ok(plan),
         Some(plan) if used <= 1.0 => {
-            Err(PlanError::NotShown { duration_s, rank: plan.prediction.rank, of: plan.prediction.asked })
+            let Plan { motion, prediction, .. } = &plan;
+            let hidden = all_hidden(cell, motion, prediction);
+            Err(PlanError::NotShown { duration_s, rank: prediction.rank, of: prediction.asked, hidden })
         }
         _ => Err(PlanError::NoRoom { duration_s, constraint, used }),
     }
@@ -212,10 +219,10 @@ impl<'a> Place<'a> {
     }
 
     /// View of wrong cells in some frames.
-    fn look(&self, cells: &WrongCells, sights: &PredictedFrames, stride: usize) -> Views {
+    fn look(&self, cells: &WrongCells, motion: &Motion, sights: &PredictedFrames, stride: usize) -> Views {
         let some = sights.list.iter().step_by(stride);
-        let poses = some.map(|sight| sight.placement.base_from_tool);
-        cells.look(self.cell, self.target.joint(), poses)
+        let poses = some.map(|sight| (sight.time_s, sight.placement.base_from_tool));
+        cells.look((self.cell, motion), self.target.joint(), poses)
     }
 }
 
@@ -312,8 +319,7 @@ impl Designs<'_> {
     /// finds the best motion at the limit itself, and does not approach it from below.
     fn motion(&self, point: &DVector<f64>) -> Option<(Motion, Constraints)> {
         let Place { cell, ask, .. } = self.place;
-        let unit: &[f64; DIMENSION] = point.as_slice().try_into().ok()?;
-        let design = from_unit_box((&cell.limits, &cell.seam), self.shape, ask.duration_s, unit);
+        let design = from_unit_box(cell, self.shape, ask.duration_s, point.as_slice());
         // Mostly a rougher look is enough to find the pace.
         let motion = Motion::new(cell, design);
         if !motion.has_time() {
@@ -343,7 +349,7 @@ impl Designs<'_> {
         if least_room < 1.0 - MARGIN {
             return BROKEN * (5.0 - least_room.max(-4.0));
         }
-        let views = self.place.look(&self.place.asked, &sights, ROUGH_VIEWS);
+        let views = self.place.look(&self.place.asked, motion, &sights, ROUGH_VIEWS);
         let used = views.loss().used() / LOSS_MARGIN;
         if used > 1.0 {
             return BROKEN * used.min(4.0);
@@ -353,10 +359,11 @@ impl Designs<'_> {
         let seen_by: Vec<SeenBy> =
             (0..sights.list.len()).map(|k| views.seen_by[k * every / ROUGH_VIEWS]).collect();
         let measured = self.place.target.measured(cell, &self.place.truth, &sights, &seen_by);
-        let Some(covariance) = measured.covariance() else {
+        let Some((covariance, of_axes)) = measured.covariance() else {
             return measured.prediction().map_or(BROKEN, |prediction| unseen(prediction.rank));
         };
-        let by_sigmas = ask.goal.smooth_score(&covariance);
+        let by_axes = axis_goal::score(&cell.axes, &ask.goal, &of_axes);
+        let by_sigmas = ask.goal.smooth_score(&covariance).max(by_axes);
         let score = match &ask.seam {
             Some(goal) => {
                 let left_m = measured.seam_error_m(goal, cell, &sights, &seen_by);
@@ -372,7 +379,7 @@ impl Designs<'_> {
         let Place { cell, ask, truth, target, stride, judged, .. } = self.place;
         let (motion, demand) = paced(cell, motion, PATH_PERIOD_S, 1.0);
         let sights = PredictedFrames::of(cell, &motion, truth, 1)?;
-        let views = self.place.look(judged, &sights, *stride);
+        let views = self.place.look(judged, &motion, &sights, *stride);
         let loss = views.loss();
         let seen_by: Vec<SeenBy> = (0..sights.list.len()).map(|k| views.seen_by[k / stride]).collect();
         let points = sights.list.iter().map(|sight| sight.point_in_camera);
@@ -380,7 +387,8 @@ impl Designs<'_> {
         let (constraints, joints) = self.place.with_arm(constraints, &motion, PATH_PERIOD_S);
         let measured = target.measured(cell, truth, &sights, &seen_by);
         let prediction = measured.prediction()?;
-        let by_sigmas = ask.goal.score(&prediction.covariance);
+        let by_axes = axis_goal::score(&cell.axes, &ask.goal, &prediction.axes);
+        let by_sigmas = ask.goal.score(&prediction.covariance).max(by_axes);
         let score = match &ask.seam {
             Some(goal) => {
                 let left_m = measured.seam_error_m(goal, cell, &sights, &seen_by)?;

@@ -11,7 +11,7 @@ use crate::predicted_frames::{NoiseLeft, PredictedFrame, PredictedFrames, featur
 use crate::robustness_to_guess::SeenBy;
 use crate::stripes_ahead::{Stripe, ends, stripe};
 use crate::truth::Truth;
-use nalgebra::{Matrix2, SMatrix, UnitVector3, Vector2, Vector3};
+use nalgebra::{Const, Dyn, Matrix2, OMatrix, SMatrix, UnitVector3, Vector2, Vector3};
 use trueline_method::problem::parameters::TIME_OFFSET;
 use trueline_method::stripe::frame_residual::{EDGE_ROW, ROWS};
 use trueline_method::stripe::frames::edge_axis;
@@ -66,6 +66,7 @@ pub(crate) fn stripes<const R: usize, const N: usize>(
         shape: unknowns.shape().start,
         known_of_form: SURFACE_SIGMA_M.powi(-2),
         held: held(joint),
+        axis_sigmas: Vec::new(),
     }
 }
 
@@ -243,6 +244,7 @@ impl<const R: usize, const N: usize> Rows<R, N> {
             by_px: lower.solve_lower_triangular(&self.by_px)?,
             by_shift: lower.solve_lower_triangular(&self.by_shift)?,
             by_turn: lower.solve_lower_triangular(&self.by_turn)?,
+            by_axes: OMatrix::zeros_generic(Const, Dyn(0)),
             piece: None,
         })
     }

@@ -1,12 +1,16 @@
 //! The frames of a scan: pose of the sensor, place of the seam, and their derivatives.
 
 use crate::cell::Cell;
+use crate::cell_axis::CellAxis;
 use crate::motion::Motion;
 use crate::truth::Truth;
-use nalgebra::{Matrix2, Matrix2x3, Point3, SMatrix, Vector2, Vector3};
-use trueline_dataset::Sensor;
+use nalgebra::{Matrix2, Matrix2x3, Matrix2xX, Matrix3xX, Point3, SMatrix, Vector2, Vector3};
+use trueline_dataset::axes::ranges;
+use trueline_dataset::{AxisRecord, Sensor};
 use trueline_geometry::smooth;
 use trueline_method::Config;
+use trueline_method::axes::finding;
+use trueline_method::input::axis_chain::AxisChain;
 use trueline_method::input::noise_levels::{NoiseLevels, Whitener};
 use trueline_method::problem::parameters::LINES;
 use trueline_method::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT};
@@ -30,6 +34,8 @@ pub struct PredictedFrame {
     onto_sheet: Matrix2x3<f64>,
     /// The same for turns about the tool.
     by_turn: Matrix2x3<f64>,
+    /// Derivatives of the measured point by the numbers of the external axes, axes of base; no columns without axes.
+    by_axes: Matrix3xX<f64>,
 }
 
 /// The frames of a scan.
@@ -44,6 +50,8 @@ pub struct PredictedFrames {
     middle_m: f64,
     /// The middle of the seen points, sheet coordinates, m.
     origin: Vector2<f64>,
+    /// Prior standard deviations of the numbers of the external axes, SI.
+    axis_sigmas: Vec<f64>,
 }
 
 impl PredictedFrames {
@@ -52,7 +60,7 @@ impl PredictedFrames {
     pub fn of(cell: &Cell, motion: &Motion, truth: &Truth, stride: usize) -> Option<Self> {
         let step_s = stride.max(1) as f64 * cell.frame_period_s;
         let met: Vec<Met> = motion
-            .placements(exposures(cell, motion, stride), step_s, &truth.tool_from_camera)
+            .placements(exposures(cell, motion, stride), step_s, truth)
             .map(|(time_s, placement)| Met::at(cell, truth, time_s, placement))
             .collect::<Option<_>>()?;
         let (low, high) = met.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| {
@@ -67,13 +75,16 @@ impl PredictedFrames {
         let origin = places.sum::<Vector2<f64>>() / met.len().max(1) as f64;
         let shape = SheetShape::exact_about(&origin);
         let seam = SeamInSheet { line: &truth.line, curvature: &curvature, shape: Some(&shape) };
-        let list = met.into_iter().map(|met| met.seen(&cell.sheet, &seam)).collect::<Option<_>>()?;
+        let axes = motion.axes_at(truth);
+        let list =
+            met.into_iter().map(|met| met.seen(&cell.sheet, &seam, axes.as_ref())).collect::<Option<_>>()?;
         Some(Self {
             list,
             stride,
             bow_sigma_m: curvature.prior_sigma_m(),
             middle_m: curvature.middle_m,
             origin,
+            axis_sigmas: axis_sigmas(cell, motion),
         })
     }
 
@@ -84,6 +95,11 @@ impl PredictedFrames {
             self.stride *= every;
         }
         self
+    }
+
+    /// Prior standard deviations of the numbers of the external axes, SI.
+    pub(crate) fn axis_sigmas(&self) -> &[f64] {
+        &self.axis_sigmas
     }
 
     /// Number of frames that each represents.
@@ -105,6 +121,16 @@ impl PredictedFrames {
     pub(crate) fn bow_sigma_m(&self) -> f64 {
         self.bow_sigma_m
     }
+}
+
+/// Prior standard deviations of the numbers of a cell's axes in a motion, SI.
+fn axis_sigmas(cell: &Cell, motion: &Motion) -> Vec<f64> {
+    let of = |(axis, record): (&CellAxis, &AxisRecord)| {
+        let moves = record.moves_by(ranges(std::slice::from_ref(record), None)[0]);
+        finding::sigmas_of(&axis.record, moves)
+    };
+    let records = motion.axis_records(cell, cell.frame_period_s, 0.0);
+    cell.axes.iter().zip(&records).flat_map(of).collect()
 }
 
 /// Below this the estimator believes in no bow either; half of it, m.
@@ -135,7 +161,12 @@ impl Met {
         })
     }
 
-    fn seen(self, sheet: &LaserSheet, seam: &SeamInSheet<'_>) -> Option<PredictedFrame> {
+    fn seen(
+        self,
+        sheet: &LaserSheet,
+        seam: &SeamInSheet<'_>,
+        axes: Option<&AxisChain>,
+    ) -> Option<PredictedFrame> {
         let found = seam.linearize(&self.placement, sheet, &self.point_in_camera)?;
         let mut columns = SMatrix::<f64, 2, LOCAL_ALL>::zeros();
         columns.fixed_columns_mut::<LINES>(0).copy_from(&found.straight.by_links(&self.placement));
@@ -144,7 +175,21 @@ impl Met {
         columns.fixed_columns_mut::<5>(LOCAL_BOWED).copy_from(&found.d_shape);
         let Self { time_s, placement, point_in_camera, along_m } = self;
         let (onto_sheet, by_turn) = (found.straight.by_shift(), found.straight.by_turn());
-        Some(PredictedFrame { time_s, placement, along_m, point_in_camera, columns, onto_sheet, by_turn })
+        let point = placement.point_in_base(&point_in_camera);
+        let by_axes = match axes {
+            Some(axes) => axes.d_point(&placement.base_from_tool, &point, time_s)?,
+            None => Matrix3xX::zeros(0),
+        };
+        Some(PredictedFrame {
+            time_s,
+            placement,
+            along_m,
+            point_in_camera,
+            columns,
+            onto_sheet,
+            by_turn,
+            by_axes,
+        })
     }
 }
 
@@ -164,6 +209,11 @@ impl PredictedFrame {
     /// Derivatives of the sheet residual by all unknowns.
     pub(crate) fn columns(&self) -> &SMatrix<f64, 2, LOCAL_ALL> {
         &self.columns
+    }
+
+    /// Derivatives of the sheet residual by the numbers of the external axes.
+    pub(crate) fn by_axes(&self) -> Matrix2xX<f64> {
+        self.onto_sheet * &self.by_axes
     }
 
     /// Map of displacements in base onto the sheet.

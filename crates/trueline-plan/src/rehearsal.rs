@@ -54,6 +54,11 @@ impl Rehearsal {
     }
 }
 
+/// Time between values of an external axis, s, and how long they are recorded before and after the scan, s: as in the simulation.
+const AXIS_PERIOD_S: f64 = 8e-3;
+/// See [`AXIS_PERIOD_S`].
+const BESIDE_SCAN_S: f64 = 1.0;
+
 /// Seed of the noise.
 const SEED: u64 = 1;
 
@@ -88,7 +93,7 @@ pub(crate) fn knowledge(
     setup: &SensorSetup,
 ) -> Option<(ShapeCovariance, RobotSigmas, f64, f64)> {
     let config = Config::default();
-    let middling = from_unit_box((&cell.limits, &cell.seam), Shape::TwoPasses, MIDDLING_S, &[0.5; DIMENSION]);
+    let middling = from_unit_box(cell, Shape::TwoPasses, MIDDLING_S, &[0.5; DIMENSION]);
     let recording = cast(cell, setup, Measurements::Seam, &Motion::new(cell, middling))?;
     let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
     let observed = observations::observe(&recording, &sampling, &config).ok()?;
@@ -98,7 +103,13 @@ pub(crate) fn knowledge(
     Some((shape, robot, config.feature_bias_px, config.used_at.speed_m_s))
 }
 
-fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &Motion) -> Option<Recording> {
+/// The recording of a motion at the guess, with the expected noise.
+pub(crate) fn cast(
+    cell: &Cell,
+    setup: &SensorSetup,
+    measurements: Measurements,
+    motion: &Motion,
+) -> Option<Recording> {
     let joint = match measurements {
         Measurements::Seam => None,
         Measurements::Auto | Measurements::Stripe | Measurements::Both => Some(Joint::of(cell).ok()?),
@@ -139,7 +150,8 @@ fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &M
     }
     features.sort_by_key(|feature| feature.stamp_ns);
     stripes.sort_by_key(|stripe| stripe.stamp_ns);
-    Some(Recording { stripes, ..Recording::new(cell.sensor.clone(), setup.clone(), robot, features) })
+    let axes = motion.axis_records(cell, AXIS_PERIOD_S, BESIDE_SCAN_S);
+    Some(Recording { stripes, axes, ..Recording::new(cell.sensor.clone(), setup.clone(), robot, features) })
 }
 
 /// The sensor's report of a sight; `None` if its camera does not see the point.

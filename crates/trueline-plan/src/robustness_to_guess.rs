@@ -3,12 +3,15 @@
 //! Every path uses the same cells (common random numbers), so that paths can be compared.
 
 use crate::cell::Cell;
+use crate::cell_axis::disturbed;
 use crate::joint::Joint;
+use crate::motion::Motion;
 use crate::seam::Seam;
 use crate::stripes_ahead::{ends, is_in_view};
 use crate::truth::Truth;
 use nalgebra::{Matrix3, Vector3};
-use trueline_geometry::Pose;
+use trueline_geometry::{Axis, Pose};
+use trueline_method::input::axis_chain::AxisChain;
 use trueline_model::sheet_residual::MIN_SINE;
 
 /// A pose of the tool, prepared for many questions.
@@ -41,6 +44,8 @@ pub struct WrongCell {
     tool_from_camera: Pose,
     /// The seam.
     seam: Seam,
+    /// The external axes.
+    axes: Vec<Axis>,
     camera_from_tool: Matrix3<f64>,
     camera_origin: Vector3<f64>,
     normal_in_tool: Vector3<f64>,
@@ -51,7 +56,7 @@ pub struct WrongCell {
 }
 
 impl WrongCell {
-    fn new(cell: &Cell, (tool_from_camera, seam): (Pose, Seam)) -> Option<Self> {
+    fn new(cell: &Cell, (tool_from_camera, seam): (Pose, Seam), axes: Vec<Axis>) -> Option<Self> {
         let normal_in_tool = tool_from_camera.rotation * cell.sheet.plane().normal().into_inner();
         let camera_origin = tool_from_camera.translation.vector;
         Some(Self {
@@ -69,13 +74,15 @@ impl WrongCell {
             },
             tool_from_camera,
             seam,
+            axes,
         })
     }
 
     /// The truth in it.
     #[must_use]
     pub fn truth(&self) -> Option<Truth> {
-        Some(Truth { tool_from_camera: self.tool_from_camera, line: self.seam.line()? })
+        let (tool_from_camera, axes) = (self.tool_from_camera, self.axes.clone());
+        Some(Truth { tool_from_camera, line: self.seam.line()?, axes })
     }
 
     /// Visible parts, in a frame taken at a pose of the tool, of the seam and of the plates of a joint.
@@ -172,10 +179,12 @@ impl WrongCells {
 
     /// Wrong by anything within the cell's errors; the guess itself if nothing is wrong.
     fn sample(cell: &Cell, seed: u64, count: u64) -> Self {
-        let count = if cell.guess_error.is_none() { 1 } else { count };
-        let drawn =
-            (0..count).map(|k| cell.guess_error.disturbed(&cell.tool_from_camera, &cell.seam, seed + k));
-        Self { cells: drawn.filter_map(|truth| WrongCell::new(cell, truth)).collect() }
+        let count = if cell.has_exact_guess() { 1 } else { count };
+        let drawn = |k: u64| {
+            let truth = cell.guess_error.disturbed(&cell.tool_from_camera, &cell.seam, seed + k);
+            WrongCell::new(cell, truth, disturbed(&cell.axes, seed + k))
+        };
+        Self { cells: (0..count).filter_map(drawn).collect() }
     }
 
     /// A sample of cells for the effect of a wrong guess on the sigmas.
@@ -189,27 +198,35 @@ impl WrongCells {
         self.cells.iter()
     }
 
-    /// View of all of them in frames taken at these poses, and of the plates of a joint.
+    /// View of all of them in frames of a motion, taken at these times, s, and poses about the guessed seam, and of the plates of a joint.
     #[must_use]
     pub(crate) fn look(
         &self,
-        cell: &Cell,
+        (cell, motion): (&Cell, &Motion),
         joint: Option<&Joint>,
-        poses: impl Iterator<Item = Pose>,
+        poses: impl Iterator<Item = (f64, Pose)>,
     ) -> Views {
         let mut views =
             Views { seen_by: Vec::new(), lost: vec![[0; 2]; self.cells.len()], cells: self.cells.len() };
         let asked = self.cells.len().div_ceil(STRIPES_ONE_IN);
-        for pose in poses {
+        let axes: Option<Vec<AxisChain>> =
+            motion.axes().map(|axes| self.cells.iter().map(|wrong| axes.at_places(&wrong.axes)).collect());
+        for (time_s, pose) in poses {
             let tool = ToolPose::of(&pose);
+            let robot = motion.axes().and_then(|axes| axes.without_axes(&pose, time_s));
             let (mut seen, mut stripes) = (0_u32, [0_u32; 3]);
             for (k, (wrong, [out_of_view, beyond_end])) in self.cells.iter().zip(&mut views.lost).enumerate()
             {
-                match wrong.frame(cell, &tool) {
+                // About a wrong axis the same robot is elsewhere at the seam.
+                let own = axes.as_ref().zip(robot).map(|(axes, robot)| (&axes[k], robot));
+                let own = own.and_then(|(axes, robot)| axes.lines_from_carrier(&robot, time_s));
+                let own = own.map(|own| ToolPose::of(&own));
+                let tool = own.as_ref().unwrap_or(&tool);
+                match wrong.frame(cell, tool) {
                     Frame::Seen(corner) => {
                         seen += 1;
                         let joint = joint.filter(|_| k < asked);
-                        let which = joint.and_then(|joint| wrong.stripes(cell, &tool, (joint, &corner)));
+                        let which = joint.and_then(|joint| wrong.stripes(cell, tool, (joint, &corner)));
                         which.into_iter().for_each(|which| stripes[which] += 1);
                     }
                     Frame::OutOfView => *out_of_view += 1,

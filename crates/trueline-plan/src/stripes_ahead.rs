@@ -180,7 +180,7 @@ mod tests {
     fn compare(cell: &Cell, (pair, edge_on): (PlatePair, usize)) -> usize {
         let (joint, along) = (Joint::of(cell).unwrap(), cell.seam.direction().unwrap());
         let box_point = [0.6; DIMENSION];
-        let design = from_unit_box((&cell.limits, &cell.seam), Shape::TwoPasses, DURATION_S, &box_point);
+        let design = from_unit_box(cell, Shape::TwoPasses, DURATION_S, &box_point);
         let motion = Motion::new(cell, design);
         let sights = PredictedFrames::of(cell, &motion, &Truth::guessed(cell).unwrap(), 1).unwrap();
         let seen = simulated(cell, &motion, pair, edge_on);

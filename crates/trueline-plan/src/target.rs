@@ -5,12 +5,12 @@ use crate::criterion::SensorCovariance;
 use crate::evidence::{Evidence, FrameRows};
 use crate::joint::{Joint, NoJoint};
 use crate::plate_rows::{self, EDGED_ALL, EDGED_FORM, EDGED_ROWS, MEETING_ALL, MEETING_FORM, MEETING_ROWS};
-use crate::predicted_frames::{NoiseLeft, PredictedFrames};
+use crate::predicted_frames::{NoiseLeft, PredictedFrame, PredictedFrames};
 use crate::prediction::Prediction;
 use crate::robustness_to_guess::SeenBy;
 use crate::seam_goal::SeamGoal;
 use crate::truth::Truth;
-use nalgebra::{Matrix3x2, UnitVector3, Vector3};
+use nalgebra::{DMatrix, Matrix2, Matrix2xX, Matrix3x2, UnitVector3, Vector3};
 use trueline_method::Measurements;
 use trueline_method::assess::tilt_bias::BIAS;
 use trueline_method::problem::unknowns::{LINES, LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT};
@@ -94,8 +94,8 @@ impl Target {
 }
 
 impl Measured {
-    /// A fast covariance; `None` if something is not determined at all.
-    pub(crate) fn covariance(&self) -> Option<SensorCovariance> {
+    /// A fast covariance, of time offset and hand-eye and of the external axes; `None` if something is not determined at all.
+    pub(crate) fn covariance(&self) -> Option<(SensorCovariance, DMatrix<f64>)> {
         match self {
             Self::SeamPoints(points) => points.covariance::<LOCAL_BOWED>(),
             Self::Meeting(stripes) => stripes.covariance::<MEETING_FORM>(),
@@ -162,6 +162,7 @@ fn seam_points(cell: &Cell, sights: &PredictedFrames, seen_by: &[SeenBy]) -> Evi
             by_px: whitener * sheet_per_px,
             by_shift: whitener * sight.onto_sheet(),
             by_turn: whitener * sight.by_turn(),
+            by_axes: by_axes(&whitener, sight, sights),
             piece: None,
         })
     });
@@ -180,7 +181,17 @@ fn seam_points(cell: &Cell, sights: &PredictedFrames, seen_by: &[SeenBy]) -> Evi
         shape: LOCAL_BOWED,
         known_of_form: sights.bow_sigma_m().powi(-2),
         held,
+        axis_sigmas: sights.axis_sigmas().to_vec(),
     }
+}
+
+/// Whitened derivatives by the numbers of the external axes, in units of their priors.
+fn by_axes(whitener: &Matrix2<f64>, sight: &PredictedFrame, sights: &PredictedFrames) -> Matrix2xX<f64> {
+    let mut by = whitener * sight.by_axes();
+    for (mut column, sigma) in by.column_iter_mut().zip(sights.axis_sigmas()) {
+        column *= *sigma;
+    }
+    by
 }
 
 /// A curved seam of unknown form: each piece has its own place instead of line and bow.

@@ -38,6 +38,8 @@ pub mod number;
 pub mod page;
 pub mod picture_page;
 #[cfg(feature = "plan")]
+mod plan_axes;
+#[cfg(feature = "plan")]
 mod plan_film;
 #[cfg(feature = "plan")]
 pub mod plan_page;
@@ -47,6 +49,8 @@ mod plan_seam_error;
 pub mod plan_source;
 #[cfg(feature = "plan")]
 pub mod plan_summary;
+#[cfg(feature = "plan")]
+mod plan_swing;
 #[cfg(feature = "sensor")]
 pub mod pose_result;
 #[cfg(feature = "experiments")]

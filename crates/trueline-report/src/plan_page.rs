@@ -5,6 +5,7 @@ use crate::page::render::render;
 use crate::page::{
     Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Section, Series, Tone, Verdict,
 };
+use crate::plan_axes;
 use crate::plan_film;
 use crate::plan_seam_error;
 use crate::plan_source::Source;
@@ -41,7 +42,7 @@ pub fn html(source: &Source<'_>) -> String {
             first.push(Block::Notice { heading: "Remedies", items: advice, bad: false });
         }
     }
-    first.push(Block::Cards(cards(plan, wrong_guess)));
+    first.push(Block::Cards(cards(plan, wrong_guess).into_iter().chain(plan_axes::card(source)).collect()));
     let columns = &mut page.columns;
     let sections = [
         ("promise", "", first),

@@ -1,5 +1,6 @@
 //! Inputs of a plan's summary, page and JSON.
 
+use trueline_method::axes::finding::AxisFinding;
 use trueline_method::problem::parameters::LINES;
 use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal};
 
@@ -15,6 +16,8 @@ pub struct Source<'a> {
     pub asked: Asked<'a>,
     /// Standard deviations that 95 % of the cells stay below in which the guess is wrong.
     pub wrong_guess: &'a [f64; LINES],
+    /// The external axes with their predicted ±.
+    pub axes: &'a [AxisFinding],
     /// Prediction in the course of the scan.
     pub over_time: &'a [(f64, Prediction)],
     /// Longer scans that come no nearer to the required seam error: duration, s, and result of each, m.

@@ -2,14 +2,15 @@
 
 use crate::number::digits_for;
 use crate::plan_source::Source;
-use crate::{arm_summary, plan_seam_error, seam_error};
+use crate::plan_swing::swung;
+use crate::{arm_summary, plan_axes, plan_seam_error, seam_error};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
-use trueline_plan::design::Sweep;
 use trueline_plan::plan::DURATION_S;
+use trueline_plan::sweep::Sweep;
 use trueline_plan::{Goal, Plan, Prediction, Rehearsal, Shape, Target};
 
 /// Names of the seven unknowns and the units that people read them in.
@@ -76,7 +77,7 @@ pub fn text(source: &Source<'_>) -> String {
         cell.seam.length_m() * design.length_share * MM_PER_M,
         design.duration_s / cell.frame_period_s - 0.5,
     );
-    let is_rough = !cell.guess_error.is_none();
+    let is_rough = !cell.has_exact_guess();
     let brackets =
         if is_rough { "; in brackets, the limit for 95 % of the cells with a wrong guess" } else { "" };
     let _ = writeln!(out, "  One standard deviation of noise{brackets}:");
@@ -91,7 +92,7 @@ pub fn text(source: &Source<'_>) -> String {
         let guessed = if is_rough { format!(" ({wrong:.digits$})") } else { String::new() };
         let _ = writeln!(out, "  {name:<24} ± {sigma:.digits$}{guessed} {unit}{wanted}");
     }
-    let _ = writeln!(out);
+    let _ = writeln!(out, "{}", plan_axes::lines(source));
     for (name, value) in facts(source) {
         let _ = writeln!(out, "  {name:<24} {value}");
     }
@@ -103,6 +104,7 @@ pub fn text(source: &Source<'_>) -> String {
 pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
     let Source { cell, plan, .. } = source;
     let mut facts: Vec<(String, String)> = sweeps(plan).into_iter().map(swung).collect();
+    facts.extend(plan_axes::motions(source));
     let used: Vec<String> = Constraint::ALL
         .iter()
         .filter(|constraint| constraint.applies_in(cell))
@@ -129,24 +131,6 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
     }
     facts.push(("not checked".to_owned(), arm_summary::not_checked(cell).to_owned()));
     facts
-}
-
-/// The swings in words: mean and swings, without those too small to show.
-fn swung((name, sweep, unit, factor): (&str, Sweep, &str, f64)) -> (String, String) {
-    // A tenth rounded from below must not be minus zero.
-    let tenths = |x: f64| (10.0 * x).round() / 10.0 + 0.0;
-    // "% of the stand-off" is written once.
-    let (unit, of) =
-        unit.split_once(" of ").map_or((unit, String::new()), |(unit, of)| (unit, format!(" of {of}")));
-    let space = if unit == "°" { "" } else { " " };
-    let mean = tenths(sweep.mean * factor);
-    let swings: Vec<String> = (sweep.swings.iter())
-        .map(|swing| (tenths(swing.amplitude * factor).abs(), swing.frequency_hz))
-        .filter(|(amplitude, _)| *amplitude > 0.0)
-        .map(|(amplitude, hz)| format!("± {amplitude:.1}{space}{unit} at {hz:.2} Hz"))
-        .collect();
-    let swings = if swings.is_empty() { "constant".to_owned() } else { swings.join(" and ") };
-    (name.to_owned(), format!("{mean:.1}{space}{unit}{of}, {swings}"))
 }
 
 /// Remark on a path with a spun pass.
@@ -210,7 +194,7 @@ fn rehearsal_json(rehearsal: &Rehearsal) -> Value {
 fn chances(source: &Source<'_>) -> String {
     let Source { cell, plan, .. } = source;
     let guess = &cell.guess_error;
-    if guess.is_none() {
+    if cell.has_exact_guess() {
         return "the guess is treated as exact: every frame sees the seam".to_owned();
     }
     let kept = |lost: f64| 100.0 * (1.0 - lost);
@@ -286,6 +270,7 @@ pub fn json(source: &Source<'_>, goal: &Goal) -> Value {
         "length_mm": cell.seam.length_m() * design.length_share * MM_PER_M,
         "centre_mm": cell.seam.length_m() * design.centre * MM_PER_M,
         "predicted_sigma": sigmas(&|k| plan.prediction.sigma(k)),
+        "axes": plan_axes::json(source),
         "predicted_sigma_if_guess_is_wrong": sigmas(&|k| wrong_guess[k]),
         "frames_kept": {
             "by_95_percent_of_cells": 1.0 - plan.loss.of_most,

@@ -24,6 +24,13 @@ pub enum AxisCourse {
     },
     /// It runs at a rate, rad/s or m/s.
     Runs(f64),
+    /// It goes through values (rad or m) at rising times (s), at constant rate between them, and rests before and after.
+    Follows {
+        /// The times, s.
+        times_s: Vec<f64>,
+        /// The values.
+        values: Vec<f64>,
+    },
 }
 
 /// An axis of a simulated cell.
@@ -52,6 +59,12 @@ impl AxisCourse {
         match self {
             Self::Swings { by, hz } => by * (TAU * hz * time_s).sin(),
             Self::Runs(rate) => rate * time_s,
+            Self::Follows { times_s, values } => {
+                let next = times_s.partition_point(|t| *t <= time_s).clamp(1, times_s.len() - 1);
+                let (from_s, to_s) = (times_s[next - 1], times_s[next]);
+                let part = ((time_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0);
+                values[next - 1] + (values[next] - values[next - 1]) * part
+            }
             Self::Stands(places) => {
                 let each_s = duration_s / places.len() as f64;
                 let last = places.len() - 1;
@@ -136,17 +149,38 @@ impl SimulatedAxis {
 #[must_use]
 pub fn simulate_with_axes(scenario: &Scenario, axes: &[SimulatedAxis], seed: u64) -> Option<Recording> {
     let motion = Motion::new(scenario)?;
-    let duration_s = scenario.timing.duration_s;
-    let chain = |carries: Carries, time_s: f64| {
-        let own = axes.iter().filter(|axis| axis.carries == carries);
-        own.fold(Pose::identity(), |chain, axis| chain * axis.motion(axis.course.at(time_s, duration_s)))
-    };
+    let moved = |carries, time_s| moved(scenario, axes, carries, time_s);
     let reported = |time_s: f64| {
         // The part has been carried away, and the robot goes after it.
-        let world_from_tool = chain(Carries::Part, time_s) * motion.base_from_tool(time_s);
-        chain(Carries::Robot, time_s).inverse() * world_from_tool * chain(Carries::Sensor, time_s).inverse()
+        let world_from_tool = moved(Carries::Part, time_s) * motion.base_from_tool(time_s);
+        moved(Carries::Robot, time_s).inverse() * world_from_tool * moved(Carries::Sensor, time_s).inverse()
     };
     let mut recording = record_reported(scenario, &|time_s| motion.base_from_tool(time_s), &reported, seed);
     recording.axes = axes.iter().map(|axis| axis.record(scenario)).collect();
     Some(recording)
+}
+
+/// The same with a prescribed motion of the robot: `base_from_tool` gives the pose of the arm alone at a time, s.
+#[must_use]
+pub fn simulate_along_with_axes(
+    scenario: &Scenario,
+    base_from_tool: &dyn Fn(f64) -> Pose,
+    axes: &[SimulatedAxis],
+    seed: u64,
+) -> Recording {
+    let moved = |carries, time_s| moved(scenario, axes, carries, time_s);
+    let lines_from_tool = |time_s: f64| {
+        let world_from_tool = moved(Carries::Robot, time_s) * base_from_tool(time_s);
+        moved(Carries::Part, time_s).inverse() * world_from_tool * moved(Carries::Sensor, time_s)
+    };
+    let mut recording = record_reported(scenario, &lines_from_tool, base_from_tool, seed);
+    recording.axes = axes.iter().map(|axis| axis.record(scenario)).collect();
+    recording
+}
+
+/// The motion of all axes of one load at a time, s.
+fn moved(scenario: &Scenario, axes: &[SimulatedAxis], carries: Carries, time_s: f64) -> Pose {
+    let own = axes.iter().filter(|axis| axis.carries == carries);
+    let value = |axis: &SimulatedAxis| axis.course.at(time_s, scenario.timing.duration_s);
+    own.fold(Pose::identity(), |chain, axis| chain * axis.motion(value(axis)))
 }

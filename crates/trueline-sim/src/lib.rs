@@ -37,7 +37,7 @@ pub mod simulate;
 pub mod weave;
 pub mod weld;
 
-pub use axes::{AxisCourse, SimulatedAxis, simulate_with_axes};
+pub use axes::{AxisCourse, SimulatedAxis, simulate_along_with_axes, simulate_with_axes};
 pub use faults::Fault;
 pub use followed_path::FollowedPath;
 pub use images::{Joint, Look, PictureScan};

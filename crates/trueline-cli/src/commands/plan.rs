@@ -6,15 +6,19 @@ use crate::planned_scan::{self, CELL, CURVE, PATH};
 use crate::{output, progress};
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::{SensorSetup, WholeFolder, calibration_file, robot_csv};
-use trueline_live::robot_program::{ProgramFile, Waypoints};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_dataset::{SensorSetup, WholeFolder, axes_csv, axes_folder, calibration_file, robot_csv};
+use trueline_geometry::AxisKind;
+use trueline_live::robot_program::{PathAxis, ProgramFile, Waypoints};
 use trueline_method::Measurements;
+use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::rehearsed_plan::{
     RehearsedPlan, least_seam_error, shortest_that_reaches, with_better_robots, without_alias,
 };
 use trueline_plan::shortest::shortest;
 use trueline_plan::{
-    Cell, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, Target, cell_toml, expected_accuracy, plan,
+    Cell, CellAxis, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, Target, cell_toml,
+    expected_accuracy, expected_axes, plan,
 };
 use trueline_report::verdict_colours::coloured;
 use trueline_report::{plan_page, plan_source, plan_summary};
@@ -39,6 +43,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     follow_curve(args, &mut cell)?;
     let (mut ask, fixed) = (args.request(), args.has_fixed_duration());
     ask.seam = args.want.and_then(|want| want.seam_m).and_then(|m| SeamGoal::of(&cell, &setup, m));
+    check_axes(args, &cell)?;
     check_plates(args, &cell)?;
     let whole = WholeFolder::begin_new(&args.out)?;
     let made = searched(args, (&cell, &setup), &ask, fixed)?;
@@ -52,6 +57,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         rehearsal: made.rehearsal.as_ref(),
         asked,
         wrong_guess: &expected_accuracy::wrong_guesses(&cell, &made.plan),
+        axes: &expected_axes::expected_axes(&cell, &made.plan.motion, &made.plan.prediction),
         over_time: &expected_accuracy::over_time(&cell, &made.plan, TIMES),
         longer: &made.longer,
         better_robots: &better_robots,
@@ -68,7 +74,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         output::file(&at(name), text)?;
     }
     write(whole.path(), &source, &ask.goal)?;
-    let programs = programs(args, &made.plan)?;
+    let programs = programs(args, &cell, &made.plan)?;
     for file in &programs {
         output::file(&at(file.name), &file.text)?;
     }
@@ -122,6 +128,27 @@ fn searched(
     Ok(made?)
 }
 
+/// External axes are calibrated with the points of straight seams.
+fn check_axes(args: &PlanArgs, cell: &Cell) -> Result<(), Failure> {
+    let what = if cell.axes.is_empty() {
+        return Ok(());
+    } else if args.measurements != Measurements::Seam {
+        "--use stripe"
+    } else if cell.course.is_some() {
+        "--seam-cad"
+    } else if args.want.is_some_and(|want| want.seam_m.is_some()) {
+        "--want seam=…"
+    } else if args.calibration.is_some() {
+        "--calibration"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::new(
+        format!("`{what}` cannot be combined with an external axis in the cell's file"),
+        "plan a scan of a straight seam with translation, rotation and time as requirements, or remove [[axis]]",
+    ))
+}
+
 /// Stripes can be rehearsed if the cell's file describes their plates.
 fn check_plates(args: &PlanArgs, cell: &Cell) -> Result<(), Failure> {
     Target::of(cell, args.measurements)
@@ -130,15 +157,30 @@ fn check_plates(args: &PlanArgs, cell: &Cell) -> Result<(), Failure> {
 }
 
 /// The path in the requested languages.
-fn programs(args: &PlanArgs, plan: &Plan) -> Result<Vec<ProgramFile>, Failure> {
+fn programs(args: &PlanArgs, cell: &Cell, plan: &Plan) -> Result<Vec<ProgramFile>, Failure> {
     if args.program.is_empty() {
         return Ok(Vec::new());
     }
     let waypoints = Waypoints::of(&plan.samples()).ok_or_else(|| {
         Failure::new("the path moves too little for a robot's program", "a longer scan, or wider limits")
     })?;
-    let waypoints = waypoints.with_reach(plan.joints.is_some());
+    let axes = path_axes(cell, plan, &waypoints);
+    let waypoints = waypoints.with_reach(plan.joints.is_some()).with_axes(axes);
     Ok(args.program.iter().map(|language| ProgramFile::of(*language, &waypoints)).collect())
+}
+
+/// The external axes at the waypoints.
+fn path_axes(cell: &Cell, plan: &Plan, waypoints: &Waypoints) -> Vec<PathAxis> {
+    let rows: Vec<Vec<f64>> = waypoints.list.iter().map(|at| plan.motion.axis_values(at.time_s)).collect();
+    let axis = |(k, axis): (usize, &CellAxis)| {
+        let (unit, factor) = match axis.record.kind {
+            AxisKind::Rotary => ("deg", 1.0_f64.to_degrees()),
+            AxisKind::Linear => ("mm", MM_PER_M),
+        };
+        let values = rows.iter().map(|row| row[k] * factor).collect();
+        PathAxis { name: axis.record.name.clone(), unit, values }
+    };
+    cell.axes.iter().enumerate().map(axis).collect()
 }
 
 fn inputs(args: &PlanArgs) -> Result<CellFiles, Failure> {
@@ -164,6 +206,13 @@ fn write(folder: &Path, source: &plan_source::Source<'_>, goal: &Goal) -> Result
             &folder.join(CURVE),
             &planned_scan::curve_csv(course.drawn().points().iter().map(|point| (*point).into())),
         )?;
+    }
+    if !source.cell.axes.is_empty() {
+        let mut values = Vec::new();
+        let file = folder.join(axes_folder::VALUES_FILE);
+        let records = source.plan.motion.axis_records(source.cell, PATH_PERIOD_S, 0.0);
+        axes_csv::write(&mut values, &records).map_err(|error| Failure::cannot_write(&file, &error))?;
+        output::file(&file, &values)?;
     }
     if let Some(joints) = &source.plan.joints {
         output::file(&folder.join(JOINTS), &joints.csv())?;

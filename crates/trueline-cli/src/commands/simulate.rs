@@ -11,7 +11,8 @@ use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
 use trueline_dataset::{Recording, folder};
 use trueline_sim::{
-    Scenario, on_the_wall, simulate_along, simulate_sensors, simulate_with_axes, simulate_with_faults,
+    Scenario, on_the_wall, simulate_along, simulate_along_with_axes, simulate_sensors, simulate_with_axes,
+    simulate_with_faults,
 };
 
 /// Runs the command.
@@ -37,7 +38,12 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     if let Some(folder) = &args.plan {
         let planned = planned_scan::read(folder, args.exact_guess, args.seed)?;
         check_options(args, &planned.scenario)?;
-        return if args.plates.plates {
+        return if args.plates.plates && !planned.axes.is_empty() {
+            Err(Failure::new(
+                "`--plates` cannot be combined with external axes: they are used with seam points only",
+                "leave out --plates",
+            ))
+        } else if args.plates.plates {
             simulate_plates::follow(args, planned)
         } else {
             follow(args, planned)
@@ -92,8 +98,16 @@ fn check_options(args: &SimulateArgs, scenario: &Scenario) -> Result<(), Failure
 
 /// A scan along a plan.
 fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure> {
-    let PlannedScan { mut scenario, path, .. } = planned;
+    let PlannedScan { mut scenario, path, cell, axes } = planned;
     args.adapt(&mut scenario);
+    if !axes.is_empty() {
+        let base_from_tool = |time_s: f64| path.base_from_tool(time_s);
+        let mut recording = simulate_along_with_axes(&scenario, &base_from_tool, &axes, args.seed);
+        for (record, rough) in recording.axes.iter_mut().zip(&cell.axes) {
+            record.guess = rough.record.guess;
+        }
+        return write(args, &recording);
+    }
     let recording = simulate_along(&scenario, &|time_s| path.base_from_tool(time_s), args.seed);
     match &scenario.cell.curve {
         Some(curve) if !recording.features.is_empty() => {

@@ -26,7 +26,7 @@ pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, 
 
 /// The same along a plan, with the plates of its cell.
 pub(crate) fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure> {
-    let PlannedScan { mut scenario, path, cell } = planned;
+    let PlannedScan { mut scenario, path, cell, .. } = planned;
     args.adapt(&mut scenario);
     let usual = planned::plates(&cell, &mut scenario)
         .map_err(|why| Failure::new(format!("--plates: {why}"), why.hint()))?;

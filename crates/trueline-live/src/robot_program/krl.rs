@@ -3,7 +3,7 @@
 //! Syntax after KUKA System Software 8.3, Operating and Programming Instructions for System Integrators, "Programming time
 //! blocks". Each part's time is a share of the whole; the shares here are per cent and add up to 100 but for rounding.
 
-use super::warning::warning;
+use super::warning::{about_axes, warning};
 use super::waypoints::Waypoints;
 use crate::zyx_angles::to_abc_deg;
 use std::fmt::Write;
@@ -32,6 +32,9 @@ pub(crate) fn program_with(path: &Waypoints, around: &Around<'_>) -> String {
     for line in warning(path.reach_is_checked) {
         let _ = writeln!(text, "; {line}");
     }
+    if let Some(line) = about_axes(path, Some(&AXES)) {
+        let _ = writeln!(text, "; {line}");
+    }
     let total_s = path.duration_s();
     let _ = write!(
         text,
@@ -50,15 +53,25 @@ pub(crate) fn program_with(path: &Waypoints, around: &Around<'_>) -> String {
         path.list.len(),
         path.chords_in_words(),
         around.declarations,
-        frame(&path.list[0].pose),
+        position(path, 0),
         around.begin,
     );
-    for (pose, takes_s) in path.moves() {
-        let _ =
-            write!(text, "  SPL {{{}}}\n  TIME_BLOCK PART = {:.5}\n", frame(pose), 100.0 * takes_s / total_s);
+    for (k, (_, takes_s)) in path.moves().enumerate() {
+        let to = position(path, k + 1);
+        let _ = write!(text, "  SPL {{{to}}}\n  TIME_BLOCK PART = {:.5}\n", 100.0 * takes_s / total_s);
     }
     let _ = write!(text, "  TIME_BLOCK END = {total_s:.4}\nENDSPLINE\n{}END\n", around.end);
     text
+}
+
+/// Names of the external axes.
+const AXES: [&str; 6] = ["E1", "E2", "E3", "E4", "E5", "E6"];
+
+/// A waypoint, with the external axes.
+fn position(path: &Waypoints, waypoint: usize) -> String {
+    let axes =
+        AXES.iter().zip(path.axis_values(waypoint)).map(|(name, value)| format!(", {name} {value:.5}"));
+    frame(&path.list[waypoint].pose) + &axes.collect::<String>()
 }
 
 /// X, Y, Z in mm; A, B, C in degrees about z, then the new y, then the new x.

@@ -20,6 +20,9 @@ const REMARKS: [&str; 4] = [
 const NOTHING_CHECKED: [&str; 2] = ["Reach, singularities, collisions", "are not checked"];
 /// See [`REMARKS`].
 const REACH_CHECKED: [&str; 2] = ["Reach was checked for the plan's", "arm; collisions were not"];
+/// See [`REMARKS`]; for a path with external axes.
+const NOT_MOVED: [&str; 3] =
+    ["EXTERNAL AXES ARE NOT MOVED:", "move group 2 in step, by the", "values of axes.csv"];
 /// See [`REMARKS`].
 const LOOK_AT: [&str; 3] =
     ["Check UFRAME, UTOOL and CONFIG", "of P[1]: set your own, with the", "tool frame of the calibration"];
@@ -28,7 +31,8 @@ const LOOK_AT: [&str; 3] =
 #[must_use]
 pub fn program(path: &Waypoints) -> String {
     let checked = if path.reach_is_checked { REACH_CHECKED } else { NOTHING_CHECKED };
-    let remarks = REMARKS.into_iter().chain(checked).chain(LOOK_AT);
+    let not_moved = NOT_MOVED.into_iter().filter(|_| !path.axes.is_empty());
+    let remarks = REMARKS.into_iter().chain(checked).chain(not_moved).chain(LOOK_AT);
     let mut lines: Vec<String> = (remarks.map(str::to_owned))
         .chain([
             format!("Path deviation {:.2} mm and", path.chord_m * 1e3),

@@ -17,4 +17,4 @@ pub mod waypoints;
 
 pub use language::Language;
 pub use program_file::ProgramFile;
-pub use waypoints::{Waypoint, Waypoints};
+pub use waypoints::{PathAxis, Waypoint, Waypoints};

@@ -1,6 +1,6 @@
 //! ABB's RAPID: linear moves with the time of each, without EGM.
 
-use super::warning::warning;
+use super::warning::{about_axes, warning};
 use super::waypoints::Waypoints;
 use std::fmt::Write;
 use trueline_geometry::Pose;
@@ -10,6 +10,9 @@ use trueline_geometry::Pose;
 pub(crate) fn program(path: &Waypoints) -> String {
     let mut text = String::from("MODULE TruelineScan\n");
     for line in warning(path.reach_is_checked) {
+        let _ = writeln!(text, "  ! {line}");
+    }
+    if let Some(line) = about_axes(path, Some(&AXES)) {
         let _ = writeln!(text, "  ! {line}");
     }
     let _ = write!(
@@ -29,7 +32,7 @@ pub(crate) fn program(path: &Waypoints) -> String {
          \x20   ConfJ\\On;\n\
          \x20   RAISE;\n\
          \x20 ENDPROC\n\n",
-        target(&path.list[0].pose)
+        waypoint(path, 0)
     );
     text.push_str(&path_procedure("TruelineScan", path, "tool0", "wobj0"));
     text.push_str("ENDMODULE\n");
@@ -47,25 +50,41 @@ pub(crate) fn path_procedure(module: &str, path: &Waypoints, tool: &str, work_ob
         path.chords_in_words(),
     );
     let last = path.list.len() - 2;
-    for (k, (pose, takes_s)) in path.moves().enumerate() {
+    for (k, (_, takes_s)) in path.moves().enumerate() {
         let zone = if k == last { "fine" } else { "z1" };
         let _ = writeln!(
             text,
             "    MoveL {}, v100\\T:={takes_s:.3}, {zone}, {tool}\\WObj:={work_object};",
-            target(pose)
+            waypoint(path, k + 1)
         );
     }
     text.push_str("  ENDPROC\n");
     text
 }
 
+/// Names of the external axes.
+const AXES: [&str; 6] = ["eax_a", "eax_b", "eax_c", "eax_d", "eax_e", "eax_f"];
+/// An external axis that does not exist.
+const NO_AXIS: &str = "9E9";
+
+/// A waypoint as `robtarget`, with the external axes.
+fn waypoint(path: &Waypoints, waypoint: usize) -> String {
+    let axes = path.axis_values(waypoint).map(|value| format!("{value:.4}"));
+    let axes: Vec<String> = axes.chain(AXES.iter().map(|_| NO_AXIS.to_owned())).take(AXES.len()).collect();
+    robtarget(&path.list[waypoint].pose, &axes.join(", "))
+}
+
 /// `robtarget` without configuration (`ConfJ\Off`, `ConfL\Off`) and external axes.
 pub(crate) fn target(pose: &Pose) -> String {
+    robtarget(pose, &[NO_AXIS; AXES.len()].join(", "))
+}
+
+fn robtarget(pose: &Pose, axes: &str) -> String {
     let p = pose.translation.vector * 1e3;
     let q = pose.rotation.quaternion();
     // RAPID wants |q| = 1 to five digits or so; seven are given.
     format!(
-        "[[{:.3}, {:.3}, {:.3}], [{:.7}, {:.7}, {:.7}, {:.7}], [0, 0, 0, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]]",
+        "[[{:.3}, {:.3}, {:.3}], [{:.7}, {:.7}, {:.7}, {:.7}], [0, 0, 0, 0], [{axes}]]",
         p.x, p.y, p.z, q.w, q.i, q.j, q.k
     )
 }

@@ -4,7 +4,7 @@
 //! `get_inverse_kin(x, qnear)`, `interpolate_pose(p_from, p_to, alpha)`, `movej(pose, a, v)`. Poses are p\[x, y, z, rx, ry, rz\] in
 //! metres and a rotation vector in radians. `movel` with a blend radius would leave the path, and its times.
 
-use super::warning::warning;
+use super::warning::{about_axes, warning};
 use super::waypoints::Waypoints;
 use std::fmt::Write;
 use trueline_geometry::{Pose, so3};
@@ -17,6 +17,9 @@ const STEP_S: f64 = 0.008;
 pub fn program(path: &Waypoints) -> String {
     let mut text = String::new();
     for line in warning(path.reach_is_checked) {
+        let _ = writeln!(text, "# {line}");
+    }
+    if let Some(line) = about_axes(path, None) {
         let _ = writeln!(text, "# {line}");
     }
     let _ = write!(

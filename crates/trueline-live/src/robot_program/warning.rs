@@ -1,5 +1,28 @@
 //! Statement that nobody has tried the program.
 
+use super::waypoints::Waypoints;
+
+/// Statement about the external axes of a path, if it has any. `names` are those of the controller in a program that moves them.
+pub(crate) fn about_axes(path: &Waypoints, names: Option<&[&str]>) -> Option<String> {
+    if path.axes.is_empty() {
+        return None;
+    }
+    let Some(names) = names else {
+        let axes: Vec<&str> = path.axes.iter().map(|axis| axis.name.as_str()).collect();
+        return Some(format!(
+            "This program does NOT move the external axis {}: move it in step, by the values of axes.csv.",
+            axes.join(", ")
+        ));
+    };
+    let axes: Vec<String> = (path.axes.iter().zip(names))
+        .map(|(axis, name)| format!("{name} is {} ({})", axis.name, axis.unit))
+        .collect();
+    Some(format!(
+        "External axes: {}. Check that number, unit and direction are those of your cell.",
+        axes.join(", ")
+    ))
+}
+
 /// Statements of every program about itself, a line each.
 pub(crate) fn warning(reach_is_checked: bool) -> [&'static str; 4] {
     [

@@ -23,6 +23,19 @@ pub struct Waypoints {
     pub chord_rad: f64,
     /// Whether an arm was followed along the path: reach, joints and wrist.
     pub reach_is_checked: bool,
+    /// External axes that move in step with the robot.
+    pub axes: Vec<PathAxis>,
+}
+
+/// An external axis along a path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathAxis {
+    /// Its name.
+    pub name: String,
+    /// `deg` or `mm`.
+    pub unit: &'static str,
+    /// Its value at each waypoint, in that unit.
+    pub values: Vec<f64>,
 }
 
 /// Straight moves may leave the path by this much where the time allows it, m.
@@ -69,13 +82,24 @@ impl Waypoints {
             (chord_m, chord_rad) = (chord_m.max(off_m), chord_rad.max(off_rad));
         }
         let list = kept.into_iter().map(|k| all[k]).collect();
-        Some(Self { list, chord_m, chord_rad, reach_is_checked: false })
+        Some(Self { list, chord_m, chord_rad, reach_is_checked: false, axes: Vec::new() })
     }
 
     /// The same, with or without a check of its reach.
     #[must_use]
     pub fn with_reach(self, is_checked: bool) -> Self {
         Self { reach_is_checked: is_checked, ..self }
+    }
+
+    /// The same with external axes, each with a value at every waypoint.
+    #[must_use]
+    pub fn with_axes(self, axes: Vec<PathAxis>) -> Self {
+        Self { axes, ..self }
+    }
+
+    /// Values of the external axes at a waypoint.
+    pub(crate) fn axis_values(&self, waypoint: usize) -> impl Iterator<Item = f64> + '_ {
+        self.axes.iter().map(move |axis| axis.values.get(waypoint).copied().unwrap_or(0.0))
     }
 
     /// Duration, s.

@@ -20,7 +20,9 @@ pub(crate) fn sigmas_before(recording: &Recording) -> Vec<f64> {
     of_axes.flat_map(|(record, moves)| sigmas_of(record, moves)).collect()
 }
 
-fn sigmas_of(record: &AxisRecord, moves: bool) -> [f64; AXIS] {
+/// Prior standard deviations of the numbers of an axis, SI. One that does not move has none to estimate.
+#[must_use]
+pub fn sigmas_of(record: &AxisRecord, moves: bool) -> [f64; AXIS] {
     if !moves {
         return [HELD; AXIS];
     }
@@ -167,7 +169,7 @@ pub(crate) fn are_parallel(lines: &[Line]) -> bool {
 
 /// Results about all axes of a recording, by the step of an adjustment.
 #[must_use]
-pub(crate) fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisStep>) -> Vec<AxisFinding> {
+pub fn of_all(recording: &Recording, lines: &[Line], found: Option<&AxisStep>) -> Vec<AxisFinding> {
     let (records, moves) = (&recording.axes, recording.axes_that_move());
     let finding = |(k, record): (usize, &AxisRecord)| {
         let known =

@@ -14,3 +14,5 @@ pub(crate) mod refine;
 pub(crate) mod scan;
 pub(crate) mod start;
 pub(crate) mod state;
+
+pub use scan::runs_evenly;

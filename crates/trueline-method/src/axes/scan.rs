@@ -53,7 +53,7 @@ const EVEN_M: f64 = 1e-3;
 /// Whether an axis runs evenly during all readings. A shift of its clock then turns or shifts everything that it carries
 /// equally, so nothing determines it.
 #[must_use]
-pub(crate) fn runs_evenly(record: &AxisRecord, recording: &Recording) -> bool {
+pub fn runs_evenly(record: &AxisRecord, recording: &Recording) -> bool {
     let stamps = || recording.features.iter().map(|feature| feature.stamp_ns);
     let (Some(first), Some(last)) = (stamps().min(), stamps().max()) else { return false };
     let read = record.values.iter().filter(|value| (first..=last).contains(&value.stamp_ns));

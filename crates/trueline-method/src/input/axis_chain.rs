@@ -111,9 +111,9 @@ impl Link {
 
 /// All axes of a cell.
 #[derive(Clone, Debug)]
-pub(crate) struct AxisChain {
+pub struct AxisChain {
     /// In the order of the cell's file.
-    pub links: Vec<Link>,
+    pub(crate) links: Vec<Link>,
     mounted: Mounted,
 }
 
@@ -174,6 +174,66 @@ impl AxisChain {
         Ok(Some(Self { links: links?, mounted: recording.setup.mounted }))
     }
 
+    /// Axes of a sensor on the tool, with the times (s) and values (rad or m) of their motion.
+    #[must_use]
+    pub fn planned(axes: Vec<(Axis, Carries, Vec<f64>)>, times_s: &[f64]) -> Self {
+        let link = |(axis, carries, values): (Axis, Carries, Vec<f64>)| Link {
+            axis,
+            carries,
+            in_pose: None,
+            moves: true,
+            values: Arc::new(Values { times_s: times_s.to_vec(), values }),
+            holds_time_offset: false,
+        };
+        Self { links: axes.into_iter().map(link).collect(), mounted: Mounted::Tool }
+    }
+
+    /// The same motion of axes at other places.
+    #[must_use]
+    pub fn at_places(&self, axes: &[Axis]) -> Self {
+        let links = self.links.iter().zip(axes).map(|(link, axis)| Link { axis: *axis, ..link.clone() });
+        Self { links: links.collect(), mounted: self.mounted }
+    }
+
+    /// Whether its axes are at these places.
+    #[must_use]
+    pub fn is_at(&self, axes: &[Axis]) -> bool {
+        self.links.iter().map(|link| &link.axis).eq(axes)
+    }
+
+    /// The values of all axes at a time, s; `None` before the first and after the last.
+    #[must_use]
+    pub fn values_at(&self, time_s: f64) -> Option<Vec<f64>> {
+        self.links.iter().map(|link| Some(link.values.at(time_s)?.0)).collect()
+    }
+
+    /// The motion of a point of the part at a time, s: where a seam at zero values then is in base. `None` if an axis has no value.
+    #[must_use]
+    pub fn base_from_part(&self, time_s: f64) -> Option<Pose> {
+        let own = self.links.iter().filter(|link| link.carries == Carries::Part);
+        own.map(|link| link.moved(&link.axis, time_s)).try_fold(Pose::identity(), |all, own| Some(all * own?))
+    }
+
+    /// The pose of the sensor's carrier without the axes, by which it has this pose in the frame of the lines at a time, s. `None` if
+    /// an axis has no value.
+    #[must_use]
+    pub fn without_axes(&self, lines_from_carrier: &Pose, time_s: f64) -> Option<Pose> {
+        let [contained_before, contained_behind] = self.taken_out(time_s)?;
+        let [before, behind] = self.products(time_s)?;
+        Some(contained_before * before.inverse() * lines_from_carrier * behind.inverse() * contained_behind)
+    }
+
+    /// The motions of all factors before and behind the robot's pose at a time, s.
+    fn products(&self, time_s: f64) -> Option<[Pose; 2]> {
+        let [before, behind] = self.factors();
+        let product = |factors: Vec<Factor<'_>>| {
+            factors
+                .into_iter()
+                .try_fold(Pose::identity(), |product, factor| Some(product * factor.motion(time_s)?))
+        };
+        Some([product(before)?, product(behind)?])
+    }
+
     /// The factors before and behind the robot's pose.
     fn factors(&self) -> [Vec<Factor<'_>>; 2] {
         let of = |carries: Carries, is_inverse: bool| {
@@ -209,16 +269,11 @@ impl AxisChain {
 
     /// The pose of the sensor's carrier in the frame of the lines, from its pose without the axes at a time, s. `None` if an axis has no value.
     #[must_use]
-    pub(crate) fn lines_from_carrier(&self, without_axes: &Pose, time_s: f64) -> Option<Pose> {
+    pub fn lines_from_carrier(&self, without_axes: &Pose, time_s: f64) -> Option<Pose> {
         let [contained_before, contained_behind] = self.taken_out(time_s)?;
-        let [before, behind] = self.factors();
-        let product = |factors: Vec<Factor<'_>>| {
-            factors
-                .into_iter()
-                .try_fold(Pose::identity(), |product, factor| Some(product * factor.motion(time_s)?))
-        };
+        let [before, behind] = self.products(time_s)?;
         let robot = contained_before.inverse() * without_axes * contained_behind.inverse();
-        Some(product(before)? * robot * product(behind)?)
+        Some(before * robot * behind)
     }
 
     /// The motions before and behind one link, with its signed value at a time, s.
@@ -249,7 +304,7 @@ impl AxisChain {
     /// Jacobian of a measured point in the frame of the lines by the numbers of each axis, 3 × 6 a link. `lines_from_carrier` is the pose with the
     /// axes at that time, s, and `point` the measured point, m.
     #[must_use]
-    pub(crate) fn d_point(
+    pub fn d_point(
         &self,
         lines_from_carrier: &Pose,
         point: &Vector3<f64>,
@@ -301,102 +356,4 @@ impl AxisChain {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-mod tests {
-    use super::*;
-    use nalgebra::{SVector, UnitVector3};
-    use trueline_geometry::{AxisKind, se3, so3};
-
-    fn link(carries: Carries, kind: AxisKind, k: f64) -> Link {
-        let direction = UnitVector3::new_normalize(Vector3::new(k.sin(), (2.0 * k).cos(), 0.4));
-        let axis = Axis {
-            scale: 1.01,
-            time_offset_s: 0.02,
-            ..Axis::new(kind, direction, Vector3::new(0.3 * k, -0.4, 0.2))
-        };
-        let times_s: Vec<f64> = (0..60).map(|i| 0.05 * f64::from(i)).collect();
-        let values = times_s.iter().map(|t| (1.3 * t + k).sin()).collect();
-        let values = Arc::new(Values { times_s, values });
-        Link { axis, carries, in_pose: None, moves: true, values, holds_time_offset: false }
-    }
-
-    fn chain(mounted: Mounted) -> AxisChain {
-        let kinds = [
-            (Carries::Part, AxisKind::Rotary),
-            (Carries::Robot, AxisKind::Linear),
-            (Carries::Sensor, AxisKind::Rotary),
-            (Carries::Part, AxisKind::Rotary),
-            (Carries::Robot, AxisKind::Rotary),
-            (Carries::Sensor, AxisKind::Linear),
-        ];
-        let links = (1..).zip(kinds).map(|(k, (carries, kind))| link(carries, kind, f64::from(k)));
-        AxisChain { links: links.collect(), mounted }
-    }
-
-    fn pose() -> Pose {
-        se3::from_parts(so3::exp(&Vector3::new(0.3, -0.8, 1.1)), Vector3::new(0.9, -0.2, 0.6))
-    }
-
-    const TIME_S: f64 = 1.234;
-
-    /// Central differences over 1e-6 leave 1e-12 of third derivatives and round to 1e-10.
-    #[test]
-    fn points_move_with_every_axis_as_differences_say() {
-        let measured = Vector3::new(0.05, 0.01, 0.2);
-        for chain in [Mounted::Tool, Mounted::Fixed].map(chain) {
-            let place = |chain: &AxisChain| {
-                (chain.lines_from_carrier(&pose(), TIME_S).unwrap() * Point3::from(measured)).coords
-            };
-            let whole = chain.lines_from_carrier(&pose(), TIME_S).unwrap();
-            let by = chain.d_point(&whole, &place(&chain), TIME_S).unwrap();
-            for k in 0..by.ncols() {
-                let moved = |step: f64| {
-                    let mut other = chain.clone();
-                    let mut delta = SVector::<f64, AXIS>::zeros();
-                    delta[k % AXIS] = step;
-                    let axis = &mut other.links[k / AXIS].axis;
-                    *axis = axis.retract(&delta);
-                    place(&other)
-                };
-                let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
-                // Cubic pieces have corners in their second derivative.
-                assert!((slope - by.column(k)).norm() < 1e-6, "{k}: {slope} {}", by.column(k));
-            }
-        }
-    }
-
-    #[test]
-    fn a_link_and_its_surroundings_make_the_whole_chain() {
-        for chain in [Mounted::Tool, Mounted::Fixed].map(chain) {
-            let whole = chain.lines_from_carrier(&pose(), TIME_S).unwrap();
-            for (k, link) in chain.links.iter().enumerate() {
-                let around = chain.around(k, &pose(), TIME_S).unwrap();
-                let again = around.before * link.axis.motion(around.value) * around.behind;
-                assert!((again.to_homogeneous() - whole.to_homogeneous()).amax() < 1e-14, "{k}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_correct_controller_axis_changes_nothing() {
-        let mut chain = chain(Mounted::Tool);
-        for link in &mut chain.links {
-            link.in_pose = Some(link.axis);
-        }
-        let again = chain.lines_from_carrier(&pose(), TIME_S).unwrap();
-        assert!((again.to_homogeneous() - pose().to_homogeneous()).amax() < 1e-14);
-    }
-
-    #[test]
-    fn values_and_rates_are_those_of_a_smooth_course() {
-        let values = &link(Carries::Part, AxisKind::Rotary, 0.0).values;
-        for k in 5..50 {
-            let time_s = 0.05 * f64::from(k) + 0.017;
-            let (value, rate) = values.at(time_s).unwrap();
-            // Cubic pieces with slopes of differences: T³/12 of the third derivative, 2.2.
-            assert!((value - (1.3 * time_s).sin()).abs() < 2e-5, "{value}");
-            assert!((rate - 1.3 * (1.3 * time_s).cos()).abs() < 2e-3, "{rate}");
-        }
-        assert!(values.at(-0.01).is_none() && values.at(2.96).is_none());
-    }
-}
+mod tests;

@@ -1,6 +1,6 @@
 //! Recording → observations: stamps, clocks, the robot's path, features on the laser plane.
 
-pub(crate) mod axis_chain;
+pub mod axis_chain;
 pub(crate) mod camera_sensor;
 pub(crate) mod clock_count;
 pub(crate) mod clock_line;

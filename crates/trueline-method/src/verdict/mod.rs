@@ -1,5 +1,6 @@
 //! Decides whether a calibration can be accepted. Each fact has a code, values and a sentence.
 
+mod hidden_axis;
 mod limits;
 pub(crate) mod mistake;
 mod quantity;
@@ -13,6 +14,7 @@ mod warn;
 mod warning;
 mod warning_words;
 
+pub use hidden_axis::hidden_of_axis;
 pub(crate) use mistake::residuals_are_too_large;
 pub use quantity::{Axis, Quantity};
 pub use reason::{Answer, Reason};

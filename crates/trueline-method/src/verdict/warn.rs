@@ -1,5 +1,6 @@
 //! Criteria of the warnings.
 
+use super::hidden_axis::hidden_of_axis;
 use super::limits::{
     CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_MISSING, MANY_OUTLIERS,
     MANY_SKIPPED, OUTLIERS, POORLY_KNOWN_M, ROBOT_MOVES_M, USELESS_M, USUAL_NOISE_FACTOR, WAVY_M,
@@ -14,7 +15,6 @@ use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
-use crate::axes::finding::{AxisFinding, AxisPart};
 use crate::config::Measurements;
 use crate::curve::estimate::CurveEstimate;
 use crate::findings::Findings;
@@ -24,7 +24,6 @@ use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::stripe::agreement::AGREEMENT_SIGMAS;
 use crate::stripe::outcome::{Because, StripeOutcome};
-use trueline_geometry::AxisKind;
 
 /// A decision by the user's statement. Time offsets refer to the recorded stamps.
 fn decided_by_user(f: &Findings) -> Option<Warning> {
@@ -63,7 +62,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.extend(of_adjusted(f, amplitudes));
         return warnings;
     }
-    warnings.extend(f.axes.iter().flat_map(|axis| axis_not_shown(f, axis)));
+    warnings.extend(hidden_of_axes(f));
     warnings.extend(drawn_line_not_needed(f));
     warnings.extend(causes(f));
     let widened_by = f.fit.widened_by.filter(|_| !turn_is_undetermined(f));
@@ -108,29 +107,10 @@ fn poorly_known(f: &Findings) -> Option<Warning> {
     is_poor.then_some(Warning::PoorlyKnown { scan_alone_m, all_m })
 }
 
-/// Unobservable parts of an axis. The direction, place and time offset of a standing axis do not matter.
-fn axis_not_shown(f: &Findings, axis: &AxisFinding) -> Vec<Warning> {
+/// Parts of the axes that the scan does not determine.
+fn hidden_of_axes(f: &Findings) -> impl Iterator<Item = Warning> {
     let keeps_attitude = !f.unknowns.observability.shows_hand_eye();
-    let cure = |part: AxisPart| match (axis.axis.kind, part) {
-        _ if !axis.moves => "move it while scanning",
-        _ if keeps_attitude => {
-            "tilt the sensor by ±10° about two axes while it moves: a robot that keeps its attitude hides the hand-eye translation, \
-             and with it the place of an axis"
-        }
-        (AxisKind::Linear, AxisPart::Direction) => {
-            "scan seams in two directions: a shift along a straight seam is not measured"
-        }
-        (AxisKind::Rotary, AxisPart::TimeOffset) => "let it swing, or turn the other way in a second scan",
-        (AxisKind::Linear, _) => "let it run back and forth",
-        (AxisKind::Rotary, _) if axis.has_twin() => {
-            "let it stand at three angles, or swing, while the sensor tilts: with two angles there are two solutions, which may be centimetres apart"
-        }
-        (AxisKind::Rotary, _) => "let it stand at three angles, or swing by ±30°, while the sensor tilts",
-    };
-    let hidden = AxisPart::ALL.into_iter().filter(|part| axis.has(*part) && axis.sigma(*part).is_none());
-    let warning = |part| Warning::AxisNotShown { name: axis.name.clone(), part, cure: cure(part) };
-    let all: Vec<Warning> = hidden.map(warning).collect();
-    if axis.moves { all } else { all.into_iter().take(1).collect() }
+    f.axes.iter().flat_map(move |axis| hidden_of_axis(axis, keeps_attitude))
 }
 
 /// Warnings about the answer of a curve.
@@ -162,7 +142,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
         sigma_si: 2.0 * amplitudes.lag_s * LAG_SIGMA_S,
         per_px_m: None,
     }));
-    warnings.extend(f.axes.iter().flat_map(|axis| axis_not_shown(f, axis)));
+    warnings.extend(hidden_of_axes(f));
     warnings.extend(drawn_line_not_needed(f));
     let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
     let instead = &f.checks.confounded_causes;

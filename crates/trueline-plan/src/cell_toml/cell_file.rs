@@ -3,6 +3,7 @@
 use super::arm_table::{self, ArmTable, PlateTable, SphereTable};
 use super::values::{PoseTable, between, not_negative, point, positive, range, wrong};
 use crate::cell::{Cell, ExpectedNoise};
+use crate::cell_axis::CellAxis;
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
 use crate::seam::Seam;
@@ -15,7 +16,7 @@ use std::path::Path;
 use trueline_dataset::robot_csv::unit_quaternion;
 use trueline_dataset::sensor_toml::parse_toml;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_dataset::{Error, Problem, Sensor};
+use trueline_dataset::{Error, Problem, Sensor, axes_toml};
 use trueline_geometry::{Plane, Pose};
 use trueline_model::LaserSheet;
 
@@ -43,8 +44,9 @@ struct CellFile {
     spheres: Vec<SphereTable>,
     #[serde(default)]
     plates: Vec<PlateTable>,
-    // The same file describes the external axes of a scan.
-    axis: Option<toml::Value>,
+    // The same file describes the external axes of a scan, and is read for them as there.
+    #[serde(rename = "axis")]
+    _axes: Option<toml::Value>,
 }
 
 #[derive(Deserialize)]
@@ -164,11 +166,10 @@ pub fn parse(file: &Path, text: &str, sensor: Sensor) -> Result<Cell, Error> {
 /// Broken TOML, unknown keys, or values that no cell has; a URDF without six joints and their limits.
 pub fn parse_with_urdf(file: &Path, text: &str, sensor: Sensor, urdf: Option<&str>) -> Result<Cell, Error> {
     let wire = tables(file, text)?;
-    if wire.axis.is_some() {
-        let expected = "no external axis: plans need a table and track that stand still";
-        return Err(Error::in_file(file, wrong("axis", expected, "one")));
-    }
-    cell_from(wire, sensor, urdf).map_err(|problem| Error::in_file(file, problem))
+    let cell = cell_from(wire, sensor, urdf).map_err(|problem| Error::in_file(file, problem))?;
+    let axis = |planned| CellAxis::of(planned, &cell.guess_error);
+    let axes = axes_toml::planned(file, text)?.into_iter().map(axis).collect::<Result<_, _>>();
+    Ok(Cell { axes: axes.map_err(|problem| Error::in_file(file, problem))?, ..cell })
 }
 
 /// The tables of a file. A scan is planned along one seam: several are several files, and `calibrate` takes their scans together.
@@ -202,6 +203,7 @@ fn cell_from(wire: CellFile, sensor: Sensor, urdf: Option<&str>) -> Result<Cell,
     let guess_error = guess_error(&wire.guess_error)?;
     Ok(Cell {
         course: None,
+        axes: Vec::new(),
         view,
         arm: wire.arm.as_ref().map(|arm| arm_table::mounted(arm, urdf)).transpose()?,
         surroundings: surroundings(&wire, &seam, &guess_error)?,

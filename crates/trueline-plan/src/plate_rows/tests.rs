@@ -171,7 +171,7 @@ fn rows_move_as_the_forward_model_does<const R: usize, const N: usize>(plates: &
     let cell = cell(plates);
     let (joint, truth) = (Joint::of(&cell).unwrap(), Truth::guessed(&cell).unwrap());
     let box_point = [0.6; DIMENSION];
-    let design = from_unit_box((&cell.limits, &cell.seam), Shape::TwoPasses, 10.0, &box_point);
+    let design = from_unit_box(&cell, Shape::TwoPasses, 10.0, &box_point);
     let motion = Motion::new(&cell, design);
     let sights = PredictedFrames::of(&cell, &motion, &truth, 1).unwrap();
     let ahead = JointAhead::of(&truth, &joint, &sights).unwrap();

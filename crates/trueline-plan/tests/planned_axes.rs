@@ -1,0 +1,203 @@
+//! Plans in cells with external axes: predictions, limits, hidden parts, refusals.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod cells;
+
+use cells::{exact, scenario};
+use std::path::Path;
+use trueline_dataset::{AxisMotion, Recording, sensor_toml};
+use trueline_geometry::Axis;
+use trueline_method::axes::finding::{AxisFinding, AxisPart};
+use trueline_method::problem::parameters::LINES;
+use trueline_method::{Config, Status, Warning, calibrate};
+use trueline_plan::expected_axes::{expected_axes, hidden};
+use trueline_plan::{Cell, Plan, PlanError, PlanRequest, Shape, cell_toml, plan};
+use trueline_sim::{AxisCourse, SimulatedAxis, simulate_along_with_axes};
+
+/// A table 250 mm beside the example's seam, about an axis that leans a little.
+const TABLE: &str = "name = \"table\"\nkind = \"rotary\"\ncarries = \"part\"\ndirection = [0.05, -0.03, 1.0]\n\
+    point_mm = [1150.0, 330.0, 0.0]\n";
+/// A track under the robot, across the seam.
+const TRACK: &str = "name = \"track\"\nkind = \"linear\"\ncarries = \"robot\"\ndirection = [0.1, 1.0, 0.0]\n";
+/// An axis on the tool.
+const WRIST: &str = "name = \"wrist\"\nkind = \"rotary\"\ncarries = \"sensor\"\ndirection = [0.1, 0.2, 1.0]\n\
+    point_mm = [20.0, 0.0, 60.0]\n";
+
+fn parsed(axes: &str) -> Result<Cell, trueline_dataset::Error> {
+    let file = Path::new("cell.toml");
+    let sensor = sensor_toml::parse(file, cell_toml::EXAMPLE_SENSOR).unwrap();
+    cell_toml::parse(file, &format!("{}\n{axes}", cell_toml::EXAMPLE), sensor)
+}
+
+fn cell(axis: &str, limits: &str) -> Cell {
+    let cell = exact(parsed(&format!("[[axis]]\n{axis}[axis.limits]\n{limits}")).unwrap());
+    let axes =
+        cell.axes.into_iter().map(|axis| trueline_plan::CellAxis { error: [0.0; 2], ..axis }).collect();
+    Cell { axes, ..cell }
+}
+
+fn planned(cell: &Cell) -> Result<Plan, PlanError> {
+    let ask = PlanRequest { shapes: vec![Shape::TwoPasses], evaluations: 700, ..PlanRequest::default() };
+    plan(cell, &ask, &|| ())
+}
+
+fn promised(cell: &Cell, plan: &Plan) -> Vec<AxisFinding> {
+    expected_axes(cell, &plan.motion, &plan.prediction)
+}
+
+/// A scan of a plan at the guess, with a clock of its own for each axis.
+fn scanned(cell: &Cell, plan: &Plan, seed: u64) -> Recording {
+    let scenario = scenario(cell, (cell.tool_from_camera, cell.seam), plan.motion.design().duration_s);
+    let axes: Vec<SimulatedAxis> = (plan.motion.axis_records(cell, 4e-3, 0.0).into_iter())
+        .map(|record| SimulatedAxis {
+            name: record.name,
+            carries: record.carries,
+            axis: Axis { time_offset_s: 0.02, ..record.known.unwrap() },
+            course: AxisCourse::Follows {
+                times_s: record.values.iter().map(|value| value.stamp_ns as f64 * 1e-9).collect(),
+                values: record.values.iter().map(|value| value.value).collect(),
+            },
+        })
+        .collect();
+    let robot = |time_s: f64| plan.motion.base_from_tool(time_s);
+    let mut recording = simulate_along_with_axes(&scenario, &robot, &axes, seed);
+    recording.axes.iter_mut().for_each(|axis| axis.known = None);
+    recording
+}
+
+/// The ± of a calibration of the plan's own scan are those promised, for the hand-eye and for each part of the axis. A part that one
+/// straight seam hides is hidden in both.
+#[test]
+fn a_calibration_states_what_the_plan_promised() {
+    for (axis, limits) in [
+        (TABLE, "range_deg = [-30, 30]"),
+        (TABLE, "stand_deg = [0, 50, 100]"),
+        (TRACK, "range_mm = [-100, 200]"),
+        (WRIST, "range_deg = [-20, 20]"),
+    ] {
+        let cell = cell(axis, limits);
+        let plan = planned(&cell).unwrap_or_else(|why| panic!("{limits}: {why}"));
+        let recording = scanned(&cell, &plan, 7);
+        let found = calibrate(&recording, None, &Config::noise_only()).unwrap();
+        assert_eq!(found.status(), Status::Accepted, "{limits}: {:?}", found.reasons());
+        // The estimator sees noise of one draw: its ± are 3 % uncertain. It knows nothing of attitude noise.
+        for k in 0..LINES {
+            let ratio = found.sigma(k).unwrap() / plan.prediction.sigma(k);
+            assert!((0.8..1.25).contains(&ratio), "{limits}, unknown {k}: {ratio}");
+        }
+        let (own, said) = (&found.findings.axes[0], &promised(&cell, &plan)[0]);
+        for part in AxisPart::ALL.into_iter().filter(|part| said.has(*part)) {
+            match (own.sigma(part), said.sigma(part)) {
+                (Some(own), Some(said)) => {
+                    let ratio = own / said;
+                    assert!((0.8..1.25).contains(&ratio), "{limits}, {part:?}: {ratio}");
+                }
+                (own, said) => assert_eq!(own, said, "{limits}, {part:?}"),
+            }
+        }
+    }
+}
+
+/// Parts of an axis that a plan leaves hidden, each with its cure.
+fn left(cell: &Cell, plan: &Plan) -> Vec<(AxisPart, &'static str)> {
+    let of = |warning: Warning| match warning {
+        Warning::AxisNotShown { part, cure, .. } => (part, cure),
+        other => panic!("{other}"),
+    };
+    hidden(&promised(cell, plan), &plan.prediction).into_iter().map(of).collect()
+}
+
+#[test]
+fn hidden_parts_are_named_with_their_cure() {
+    let of = |axis: &str, limits: &str| {
+        let cell = cell(axis, limits);
+        let plan = planned(&cell).unwrap();
+        (left(&cell, &plan), promised(&cell, &plan).remove(0))
+    };
+    let (nothing, swings) = of(TABLE, "range_deg = [-30, 30]");
+    assert_eq!(nothing, []);
+    let (nothing, three) = of(TABLE, "stand_deg = [0, 60, 120]");
+    assert_eq!(nothing, []);
+    let (_, two) = of(TABLE, "stand_deg = [0, 60]");
+    let place = |axis: &AxisFinding| axis.sigma(AxisPart::Place).unwrap_or(f64::INFINITY);
+    assert!(place(&two) > 2.0 * place(&three) && place(&two) > 2.0 * place(&swings), "{}", place(&two));
+    let (one, stands) = of(TABLE, "stand_deg = [30]");
+    assert_eq!(one, [(AxisPart::Direction, "move it while scanning")]);
+    assert!(!stands.moves);
+    let (along, _) = of(TRACK, "range_mm = [-100, 100]");
+    assert!(
+        matches!(along[..], [(AxisPart::Direction, cure)] if cure.contains("seams in two directions")),
+        "{along:?}"
+    );
+}
+
+/// A sensor that keeps its attitude at the part: the plan is refused, and names the links that hide each other. The table's place is not
+/// among them, for the robot goes round with it.
+#[test]
+fn a_sensor_that_keeps_its_attitude_hides_links_by_name() {
+    let mut cell = cell(TABLE, "range_deg = [-30, 30]");
+    cell.limits.tilt_rad = [0.0; 3];
+    let Err(PlanError::NotShown { hidden, .. }) = planned(&cell) else { panic!("not hidden") };
+    for link in ["the hand-eye translation", "the line"] {
+        assert!(hidden.iter().any(|own| own == link), "{link}: {hidden:?}");
+    }
+}
+
+#[test]
+fn an_axis_keeps_its_limits() {
+    for limits in [
+        "range_deg = [-40, 10]\nspeed_deg_s = 6\nacceleration_deg_s2 = 5",
+        "range_deg = [-40, 10]\nspeed_deg_s = 6\nmotion = \"run\"",
+        "stand_deg = [-40, 10, -15]\nspeed_deg_s = 12\nacceleration_deg_s2 = 5",
+    ] {
+        let cell = cell(TABLE, limits);
+        let plan = planned(&cell).unwrap();
+        let period_s = 4e-3;
+        let record = plan.motion.axis_records(&cell, period_s, 0.1).remove(0);
+        let values: Vec<f64> = record.values.iter().map(|value| value.value.to_degrees()).collect();
+        assert!(values.iter().all(|value| (-40.0 - 1e-9..=10.0 + 1e-9).contains(value)), "{limits}");
+        let most = |steps: &[f64]| steps.iter().fold(0.0_f64, |most, step| most.max(step.abs()));
+        let rates: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]) / period_s).collect();
+        let changes: Vec<f64> = rates.windows(2).map(|pair| (pair[1] - pair[0]) / period_s).collect();
+        let own = &cell.axes[0].limits;
+        let [speed, acceleration] = [own.speed, own.acceleration].map(f64::to_degrees);
+        // Differences see less than the course itself.
+        assert!(most(&rates) <= speed * 1.001, "{limits}: {}", most(&rates));
+        assert!(most(&changes) <= acceleration * 1.001, "{limits}: {}", most(&changes));
+        // It begins and ends at rest.
+        assert!(rates[0] == 0.0 && rates[rates.len() - 1] == 0.0, "{limits}");
+        assert!(most(&rates) > 0.1, "{limits}: it moves");
+    }
+}
+
+#[test]
+fn axes_that_cannot_be_planned_are_refused_with_their_key() {
+    let table = |limits: &str| format!("[[axis]]\n{TABLE}[axis.limits]\n{limits}");
+    for (axes, said) in [
+        (table("range_deg = [10, 10.5]"), "axis.limits.range_deg"),
+        (table("range_deg = [30, -30]"), "axis.limits.range_deg"),
+        (table("range_deg = [nan, 30]"), "axis.limits.range_deg"),
+        (table("range_mm = [-30, 30]"), "axis.limits.range_mm"),
+        (table("range = [-30, 30]"), "unknown field `range`"),
+        (table("speed_deg_s = 0"), "axis.limits.speed_deg_s"),
+        (table("acceleration_deg_s2 = -1"), "axis.limits.acceleration_deg_s2"),
+        (table("motion = \"waltz\""), "axis.limits.motion"),
+        (table("motion = \"stand\""), "axis.limits.stand_deg"),
+        (table("stand_deg = []"), "axis.limits.stand_deg"),
+        (table("stand_deg = [0, 60]\nrange_deg = [-30, 30]"), "axis.limits.stand_deg"),
+        (table("stand_deg = [0, 60]\nmotion = \"swing\""), "axis.limits.motion"),
+        (format!("[[axis]]\n{TRACK}[axis.limits]\nrange_mm = [0, 2]"), "axis.limits.range_mm"),
+        (format!("[[axis]]\n{TRACK}[axis.limits]\nrange_deg = [0, 20]"), "axis.limits.range_deg"),
+        (format!("[[axis]]\n{TABLE}in_pose = true"), "axis.in_pose"),
+        (format!("[[axis]]\n{TABLE}[[axis]]\n{TABLE}"), "axis.name"),
+        ("[[axis]]\nname = \"t\"\nkind = \"rotary\"\ncarries = \"part\"".to_owned(), "axis.direction"),
+        (format!("[[axis]]\n{}", TABLE.replace("point_mm", "# ")), "axis.point_mm"),
+        (format!("[[axis]]\n{}", TABLE.replace("part", "roof")), "axis.carries"),
+    ] {
+        let message = parsed(&axes).map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains(said), "{axes}: {message}");
+    }
+    let usual = parsed(&format!("[[axis]]\n{TABLE}")).unwrap();
+    assert_eq!(usual.axes[0].limits.motion, AxisMotion::Swings);
+    assert!((usual.axes[0].limits.range[1].to_degrees() - 30.0).abs() < 1e-12);
+}
