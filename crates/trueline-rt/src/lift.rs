@@ -3,7 +3,7 @@
 use crate::calibration::{PlacerCalibration, SensorModel};
 use crate::points::Points;
 use crate::settings::Readout;
-use crate::sweep::{Knot, Sweep, after_s};
+use crate::sweep::{Knot, Sweep};
 use nalgebra::{Matrix3, Matrix4x3, Vector2, Vector3};
 use trueline_model::{LaserSheet, SheetShape};
 
@@ -33,24 +33,35 @@ impl SheetKnot {
         }
     }
 
+    /// Points of one block, and their ±, coordinate by coordinate: so the compiler computes several at once.
     #[inline]
-    fn place(&self, [a, b]: [f64; 2], base: &mut [f64; 3], sigma_m: &mut f64) -> bool {
+    fn place(&self, [a, b]: &[[f64; BLOCK]; 2], points: &mut [[f64; BLOCK]; 3], sigmas: &mut [f64; BLOCK]) {
         let (m, q) = (&self.base_by_sheet, &self.form);
-        let point = [0, 1, 2].map(|row| m[(row, 0)] * a + m[(row, 1)] * b + m[(row, 2)]);
-        let variance = a * (q[(0, 0)] * a + 2.0 * (q[(0, 1)] * b + q[(0, 2)]))
-            + b * (q[(1, 1)] * b + 2.0 * q[(1, 2)])
-            + q[(2, 2)];
-        answer(point, variance, base, sigma_m)
+        for (row, coordinates) in points.iter_mut().enumerate() {
+            let (by_a, by_b, shift) = (m[(row, 0)], m[(row, 1)], m[(row, 2)]);
+            for k in 0..BLOCK {
+                coordinates[k] = by_a * a[k] + by_b * b[k] + shift;
+            }
+        }
+        let (aa, ab, ac) = (q[(0, 0)], 2.0 * q[(0, 1)], 2.0 * q[(0, 2)]);
+        let (bb, bc, cc) = (q[(1, 1)], 2.0 * q[(1, 2)], q[(2, 2)]);
+        for k in 0..BLOCK {
+            let variance = a[k] * (aa * a[k] + ab * b[k] + ac) + b[k] * (bb * b[k] + bc) + cc;
+            // Rounding may leave less than nothing of a variance that is zero. NaN stays.
+            sigmas[k] = if variance < 0.0 { 0.0 } else { variance.sqrt() };
+        }
     }
 }
 
+/// Points that are placed together.
+const BLOCK: usize = 16;
+
 /// Writes a point and its ±, or that there is none; returns whether there is one.
 #[inline]
-fn answer(point: [f64; 3], variance: f64, base: &mut [f64; 3], sigma_m: &mut f64) -> bool {
-    let is_good = (point[0] + point[1] + point[2]).is_finite() && variance.is_finite();
-    *base = if is_good { point } else { [f64::NAN; 3] };
-    // Rounding may leave less than nothing of a variance that is zero.
-    *sigma_m = if is_good { variance.max(0.0).sqrt() } else { f64::INFINITY };
+fn answer(point: [f64; 3], sigma_m: f64, into: (&mut [f64; 3], &mut f64)) -> bool {
+    let is_good = (point[0] + point[1] + point[2]).is_finite() && sigma_m.is_finite();
+    *into.0 = if is_good { point } else { [f64::NAN; 3] };
+    *into.1 = if is_good { sigma_m } else { f64::INFINITY };
     is_good
 }
 
@@ -79,41 +90,60 @@ impl Lift {
         base_points: &mut [[f64; 3]],
         sigma_m: &mut [f64],
     ) -> usize {
-        let out = base_points.iter_mut().zip(sigma_m);
-        match (points, sweep.only()) {
-            (Points::Profile(points), Some(knot)) => {
-                let knot = SheetKnot::of(knot, &self.sheet);
-                let mut placed = 0;
-                for (reading, (base, sigma_m)) in points.iter().zip(out) {
-                    placed += usize::from(knot.place(self.corrected(*reading), base, sigma_m));
-                }
-                placed
-            }
-            (Points::Profile(points), None) => {
-                let each = points.iter().enumerate().zip(out);
-                let there = each.filter_map(|((index, reading), (base, sigma_m))| {
+        if let (Points::Profile(readings), Sweep::Still(knot)) = (points, sweep) {
+            return self.place_profile(readings, &SheetKnot::of(knot, &self.sheet), base_points, sigma_m);
+        }
+        let mut out = base_points.iter_mut().zip(sigma_m);
+        let mut placed = 0;
+        let mut place = |after_s: f64, point: Option<Vector3<f64>>| {
+            let Some(into) = out.next() else { return };
+            placed += usize::from(match sweep {
+                Sweep::Still(knot) => placed_at(Some(knot), point, into),
+                Sweep::Moving(knots) => placed_at(knots.at(after_s).as_ref(), point, into),
+            });
+        };
+        match points {
+            Points::Profile(readings) => {
+                for (index, reading) in readings.iter().enumerate() {
                     let point = self.sheet.point(&Vector2::from(self.corrected(*reading)));
-                    placed_at(sweep, after_s(readout, index, *reading), Some(point), base, sigma_m)
-                });
-                there.count()
+                    place(readout.after_s(index, *reading), Some(point));
+                }
             }
-            (Points::Pixels(pixels), _) => {
-                let each = pixels.iter().enumerate().zip(out);
-                let there = each.filter_map(|((index, pixel), (base, sigma_m))| {
-                    let after_s = after_s(readout, index, *pixel);
-                    placed_at(sweep, after_s, self.of_pixel(*pixel), base, sigma_m)
-                });
-                there.count()
+            Points::Pixels(pixels) => {
+                for (index, pixel) in pixels.iter().enumerate() {
+                    place(readout.after_s(index, *pixel), self.of_pixel(*pixel));
+                }
             }
-            (Points::Camera(points), _) => {
-                let each = points.iter().enumerate().zip(out);
-                let there = each.filter_map(|((index, point), (base, sigma_m))| {
-                    let point = self.in_sheet(Vector3::from(*point));
-                    placed_at(sweep, after_s(readout, index, [0.0; 2]), Some(point), base, sigma_m)
-                });
-                there.count()
+            Points::Camera(points) => {
+                for (index, point) in points.iter().enumerate() {
+                    place(readout.after_s(index, [0.0; 2]), Some(self.in_sheet(Vector3::from(*point))));
+                }
             }
         }
+        placed
+    }
+
+    /// The same of a profile that is exposed at once, block by block.
+    fn place_profile(
+        &self,
+        readings: &[[f64; 2]],
+        knot: &SheetKnot,
+        base_points: &mut [[f64; 3]],
+        sigma_m: &mut [f64],
+    ) -> usize {
+        let (mut readings_of, mut points, mut sigmas) = ([[0.0; BLOCK]; 2], [[0.0; BLOCK]; 3], [0.0; BLOCK]);
+        let mut placed = 0;
+        let out = base_points.chunks_mut(BLOCK).zip(sigma_m.chunks_mut(BLOCK));
+        for (readings, (base_points, sigma_m)) in readings.chunks(BLOCK).zip(out) {
+            for (k, reading) in readings.iter().enumerate() {
+                [readings_of[0][k], readings_of[1][k]] = self.corrected(*reading);
+            }
+            knot.place(&readings_of, &mut points, &mut sigmas);
+            for (k, into) in base_points.iter_mut().zip(sigma_m).enumerate() {
+                placed += usize::from(answer(points.map(|coordinates| coordinates[k]), sigmas[k], into));
+            }
+        }
+        placed
     }
 
     /// Corrected place of a point of the sheet that the sensor reports here.
@@ -140,19 +170,13 @@ impl Lift {
     }
 }
 
-/// One point of a frame that is read out over a time.
-fn placed_at(
-    sweep: &Sweep,
-    after_s: f64,
-    point: Option<Vector3<f64>>,
-    base: &mut [f64; 3],
-    sigma_m: &mut f64,
-) -> Option<()> {
-    let Some((point, knot)) = point.zip(sweep.at(after_s)) else {
-        answer([f64::NAN; 3], f64::NAN, base, sigma_m);
-        return None;
+/// One point, with the camera at its exposure.
+fn placed_at(knot: Option<&Knot>, point: Option<Vector3<f64>>, into: (&mut [f64; 3], &mut f64)) -> bool {
+    let Some((point, knot)) = point.zip(knot) else {
+        return answer([f64::NAN; 3], f64::NAN, into);
     };
     let point = point.push(1.0);
     let variance = point.dot(&(knot.form * point));
-    answer((knot.base_by_point * point).into(), variance, base, sigma_m).then_some(())
+    // Rounding may leave less than nothing of a variance that is zero.
+    answer((knot.base_by_point * point).into(), if variance < 0.0 { 0.0 } else { variance.sqrt() }, into)
 }
