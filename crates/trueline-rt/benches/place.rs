@@ -115,7 +115,8 @@ fn tell(what: &str, times_ns: &mut [u128], interrupted: usize) {
     let calls = times_ns.len();
     let at_us = |quantile: f64| times_ns[(quantile * (calls - 1) as f64) as usize] as f64 * 1e-3;
     println!(
-        "{what} of {POINTS} points: 50 % {:.2} µs, 99 % {:.2} µs, 99.9 % {:.2} µs of {calls} calls; {interrupted} more were interrupted",
+        "{what} of {POINTS} points: 1 % {:.2} µs, 50 % {:.2} µs, 99 % {:.2} µs, 99.9 % {:.2} µs of {calls} calls; {interrupted} more were interrupted",
+        at_us(0.01),
         at_us(0.5),
         at_us(0.99),
         at_us(0.999)

@@ -33,35 +33,24 @@ impl SheetKnot {
         }
     }
 
-    /// Points of one block, and their ±, coordinate by coordinate: so the compiler computes several at once.
     #[inline]
-    fn place(&self, [a, b]: &[[f64; BLOCK]; 2], points: &mut [[f64; BLOCK]; 3], sigmas: &mut [f64; BLOCK]) {
+    fn place(&self, [a, b]: [f64; 2], into: (&mut [f64; 3], &mut f64)) -> bool {
         let (m, q) = (&self.base_by_sheet, &self.form);
-        for (row, coordinates) in points.iter_mut().enumerate() {
-            let (by_a, by_b, shift) = (m[(row, 0)], m[(row, 1)], m[(row, 2)]);
-            for k in 0..BLOCK {
-                coordinates[k] = by_a * a[k] + by_b * b[k] + shift;
-            }
-        }
-        let (aa, ab, ac) = (q[(0, 0)], 2.0 * q[(0, 1)], 2.0 * q[(0, 2)]);
-        let (bb, bc, cc) = (q[(1, 1)], 2.0 * q[(1, 2)], q[(2, 2)]);
-        for k in 0..BLOCK {
-            let variance = a[k] * (aa * a[k] + ab * b[k] + ac) + b[k] * (bb * b[k] + bc) + cc;
-            // Rounding may leave less than nothing of a variance that is zero. NaN stays.
-            sigmas[k] = if variance < 0.0 { 0.0 } else { variance.sqrt() };
-        }
+        let point = [0, 1, 2].map(|row| m[(row, 0)] * a + m[(row, 1)] * b + m[(row, 2)]);
+        let variance = a * (q[(0, 0)] * a + 2.0 * (q[(0, 1)] * b + q[(0, 2)]))
+            + b * (q[(1, 1)] * b + 2.0 * q[(1, 2)])
+            + q[(2, 2)];
+        answer(point, variance, into)
     }
 }
 
-/// Points that are placed together.
-const BLOCK: usize = 16;
-
 /// Writes a point and its ±, or that there is none; returns whether there is one.
 #[inline]
-fn answer(point: [f64; 3], sigma_m: f64, into: (&mut [f64; 3], &mut f64)) -> bool {
-    let is_good = (point[0] + point[1] + point[2]).is_finite() && sigma_m.is_finite();
-    *into.0 = if is_good { point } else { [f64::NAN; 3] };
-    *into.1 = if is_good { sigma_m } else { f64::INFINITY };
+fn answer(point: [f64; 3], variance: f64, (base, sigma_m): (&mut [f64; 3], &mut f64)) -> bool {
+    let is_good = (point[0] + point[1] + point[2]).is_finite() && variance.is_finite();
+    *base = if is_good { point } else { [f64::NAN; 3] };
+    // Rounding may leave less than nothing of a variance that is zero.
+    *sigma_m = if is_good { variance.max(0.0).sqrt() } else { f64::INFINITY };
     is_good
 }
 
@@ -90,10 +79,14 @@ impl Lift {
         base_points: &mut [[f64; 3]],
         sigma_m: &mut [f64],
     ) -> usize {
-        if let (Points::Profile(readings), Sweep::Still(knot)) = (points, sweep) {
-            return self.place_profile(readings, &SheetKnot::of(knot, &self.sheet), base_points, sigma_m);
-        }
         let mut out = base_points.iter_mut().zip(sigma_m);
+        if let (Points::Profile(readings), Sweep::Still(knot)) = (points, sweep) {
+            let knot = SheetKnot::of(knot, &self.sheet);
+            let each = readings.iter().zip(out);
+            return each
+                .filter_map(|(reading, into)| knot.place(self.corrected(*reading), into).then_some(()))
+                .count();
+        }
         let mut placed = 0;
         let mut place = |after_s: f64, point: Option<Vector3<f64>>| {
             let Some(into) = out.next() else { return };
@@ -123,33 +116,13 @@ impl Lift {
         placed
     }
 
-    /// The same of a profile that is exposed at once, block by block.
-    fn place_profile(
-        &self,
-        readings: &[[f64; 2]],
-        knot: &SheetKnot,
-        base_points: &mut [[f64; 3]],
-        sigma_m: &mut [f64],
-    ) -> usize {
-        let (mut readings_of, mut points, mut sigmas) = ([[0.0; BLOCK]; 2], [[0.0; BLOCK]; 3], [0.0; BLOCK]);
-        let mut placed = 0;
-        let out = base_points.chunks_mut(BLOCK).zip(sigma_m.chunks_mut(BLOCK));
-        for (readings, (base_points, sigma_m)) in readings.chunks(BLOCK).zip(out) {
-            for (k, reading) in readings.iter().enumerate() {
-                [readings_of[0][k], readings_of[1][k]] = self.corrected(*reading);
-            }
-            knot.place(&readings_of, &mut points, &mut sigmas);
-            for (k, into) in base_points.iter_mut().zip(sigma_m).enumerate() {
-                placed += usize::from(answer(points.map(|coordinates| coordinates[k]), sigmas[k], into));
-            }
-        }
-        placed
-    }
-
     /// Corrected place of a point of the sheet that the sensor reports here.
     #[inline]
     fn corrected(&self, reading: [f64; 2]) -> [f64; 2] {
-        self.shape.map_or(reading, |shape| shape.corrected(&Vector2::from(reading)).0.into())
+        match &self.shape {
+            None => reading,
+            Some(shape) => shape.corrected(&Vector2::from(reading)).0.into(),
+        }
     }
 
     /// Place of a point of the camera frame; a part outside the sheet stays.
@@ -177,6 +150,5 @@ fn placed_at(knot: Option<&Knot>, point: Option<Vector3<f64>>, into: (&mut [f64;
     };
     let point = point.push(1.0);
     let variance = point.dot(&(knot.form * point));
-    // Rounding may leave less than nothing of a variance that is zero.
-    answer((knot.base_by_point * point).into(), if variance < 0.0 { 0.0 } else { variance.sqrt() }, into)
+    answer((knot.base_by_point * point).into(), variance, into)
 }
