@@ -32,7 +32,7 @@ impl Publishers {
             .reliability_reliable(WhenFull::Fail)
             .history(History::KeepLast { depth: 10 });
         // Seam points are found by the second: all of one second are sent at once.
-        let many = latest.clone().history(History::KeepLast { depth: SEAM_POINTS });
+        let many = latest.clone().history(History::KeepLast { depth: SEAM_POINTS as usize });
         let kept = latest.clone().durability(Durability::TransientLocal);
         let own = |topic: &str| format!("/{name}/{topic}");
         Ok(Self {
