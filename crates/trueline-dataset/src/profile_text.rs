@@ -30,8 +30,9 @@ pub(crate) fn each(
     let mut tables = Tables { file: path, pairing, all: Assembly::new(each) };
     let mut bytes = Vec::new();
     source.add_to(&mut bytes, PIECE)?;
-    let (plain, dialect) = plain_csv(path, bytes[..source.whole(&bytes)].to_vec(), None)?;
-    if plain != bytes[..plain.len().min(bytes.len())] || !dialect.is_plain() {
+    let head = source.whole(&bytes);
+    let (plain, dialect) = plain_csv(path, bytes[..head].to_vec(), None)?;
+    if plain != bytes[..head] || !dialect.is_plain() {
         source.add_to(&mut bytes, u64::MAX)?;
         let (csv, dialect) = plain_csv(path, bytes, None)?;
         if !dialect.is_plain() {

@@ -33,14 +33,7 @@ pub(crate) fn run(args: &CloudArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&inputs, &[Some(&args.out), args.report.as_deref()])?;
     let calibration = calibration_file::read_without_time_offset(&args.calibration)?;
     let noise = args.sigma.then(|| noise(&args.calibration, &calibration)).transpose()?;
-    let mut scans = Vec::new();
-    let mut is_trusted = true;
-    for scan in &args.scans {
-        let mut measured = opening::measurements(scan, args.quiet)?;
-        is_trusted &= output::fits(&args.calibration, &calibration, &measured.recording)?;
-        measured.recording = calibration.corrected(measured.recording);
-        scans.push(Scan { measured, takes_out_origins: true });
-    }
+    let (mut scans, is_trusted) = scans(args, &calibration)?;
     let mut columns = CloudColumns { intensity: false, sigma: args.sigma, frame: args.frame };
     for scan in &scans {
         columns.intensity |= measured_frames::has_intensity(&scan.measured)?;
@@ -90,6 +83,18 @@ pub(crate) fn run(args: &CloudArgs) -> Result<ExitCode, Failure> {
         cloud.tell(&calibration);
     }
     Ok(ExitCode::from(u8::from(!is_trusted)))
+}
+
+/// The scans, and whether the calibration may be trusted for all of them.
+fn scans(args: &CloudArgs, calibration: &KnownCalibration) -> Result<(Vec<Scan>, bool), Failure> {
+    let (mut scans, mut is_trusted) = (Vec::new(), true);
+    for scan in &args.scans {
+        let mut measured = opening::measurements(scan, args.quiet)?;
+        is_trusted &= output::fits(&args.calibration, calibration, &measured.recording)?;
+        measured.recording = calibration.corrected(measured.recording);
+        scans.push(Scan { measured, takes_out_origins: true });
+    }
+    Ok((scans, is_trusted))
 }
 
 /// A scan, and whether its points at (0, 0) are no return.
