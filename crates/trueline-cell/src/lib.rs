@@ -65,9 +65,13 @@ mod robot_recorder;
 #[cfg(feature = "ros2")]
 mod ros2_dds;
 #[cfg(feature = "ros2")]
+mod ros2_marker;
+#[cfg(feature = "ros2")]
 mod ros2_messages;
 #[cfg(feature = "ros2")]
 mod ros2_node;
+#[cfg(feature = "ros2")]
+mod ros2_publishers;
 #[cfg(feature = "ros2")]
 mod ros2_source;
 mod seam_finder;
@@ -75,6 +79,8 @@ mod seam_finder;
 mod simulated_camera;
 #[cfg(feature = "gige")]
 mod simulated_encoder;
+#[cfg(feature = "ros2")]
+mod stream_lag;
 
 pub use camera_clock::{CameraClock, Exchange};
 pub use camera_counts::CameraCounts;
@@ -95,7 +101,7 @@ pub use live_welds::LiveWelds;
 pub use robot_brief::RobotBrief;
 pub use robot_recorder::{Until, record_robot};
 #[cfg(feature = "ros2")]
-pub use ros2_node::{Placing, Ros2Node, Ros2NodeCounts, Ros2NodeSettings};
+pub use ros2_node::{Placing, Ros2Node, Ros2NodeCounts, Ros2NodeSettings, WatchVerdict};
 #[cfg(feature = "ros2")]
 pub use ros2_source::{Ros2Source, Ros2Topic, TRANSFORMS};
 pub use seam_finder::SeamFinder;

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use trueline_dataset::{Feature, Measured};
 use trueline_geometry::Pose;
 use trueline_mcap::ProfileEntry;
-use trueline_rt::{BadSetting, PlaceError, Placer, PlacerCalibration, Points, PoseError, Settings};
+use trueline_rt::{BadSetting, PlaceError, Placer, PlacerCalibration, Points, PoseError, Readout, Settings};
 
 /// Frames that wait for a pose at most; of more, the oldest are placed with what there is.
 const MOST_WAITING: usize = 64;
@@ -15,6 +15,14 @@ enum Readings {
     Profile(Vec<[f64; 2]>),
     Pixels([f64; 2]),
     Camera([f64; 3]),
+}
+
+impl Readings {
+    /// When a point was exposed after the first one, s.
+    fn after_s(&self, readout: Readout, index: usize) -> f64 {
+        let pixel = if let Self::Pixels(pixel) = self { *pixel } else { [0.0; 2] };
+        readout.after_s(index, pixel)
+    }
 }
 
 /// Kind of a frame.
@@ -31,8 +39,10 @@ pub enum PlacedKind {
 pub struct PlacedPoints<'a> {
     /// Kind of the points.
     pub kind: PlacedKind,
-    /// When the frame was exposed, ns by the clock of the poses.
+    /// When the first point of the frame was exposed, ns by the clock of the poses.
     pub exposed_ns: i64,
+    /// When each point was exposed after that, s.
+    pub after_s: &'a [f64],
     /// The points, m.
     pub in_base_m: &'a [[f64; 3]],
     /// Their ±, m.
@@ -48,11 +58,13 @@ struct Frame {
 /// Places profiles and seam points of a running cell.
 pub struct LivePlacer {
     placer: Placer,
+    readout: Readout,
     time_offset_ns: i64,
     last_pose_ns: i64,
     waiting: VecDeque<Frame>,
     in_base_m: Vec<[f64; 3]>,
     sigma_m: Vec<f64>,
+    after_s: Vec<f64>,
     /// Why the last frame was refused, if it was.
     refused: Option<String>,
     news: Option<String>,
@@ -69,11 +81,13 @@ impl LivePlacer {
     pub fn new(calibration: &PlacerCalibration, settings: &Settings) -> Result<Self, BadSetting> {
         Ok(Self {
             placer: Placer::new(calibration, settings)?,
+            readout: settings.readout,
             time_offset_ns: (calibration.time_offset_s * 1e9) as i64,
             last_pose_ns: i64::MIN,
             waiting: VecDeque::new(),
             in_base_m: Vec::new(),
             sigma_m: Vec::new(),
+            after_s: Vec::new(),
             refused: None,
             news: None,
         })
@@ -147,9 +161,15 @@ impl LivePlacer {
         self.sigma_m.resize(points.len(), 0.0);
         match self.placer.place(stamp_ns, points, &mut self.in_base_m, &mut self.sigma_m) {
             Ok(frame) => {
+                let after_s = (0..points.len()).map(|index| readings.after_s(self.readout, index));
+                self.after_s.clear();
+                self.after_s.extend(after_s);
                 if frame.flagged > 0 {
-                    let mut is_good = self.sigma_m.iter().map(|sigma_m| sigma_m.is_finite());
-                    self.in_base_m.retain(|_| is_good.next().unwrap_or(false));
+                    let is_good = |index: usize| self.sigma_m[index].is_finite();
+                    let mut index = 0..;
+                    self.in_base_m.retain(|_| index.next().is_some_and(is_good));
+                    let mut index = 0..;
+                    self.after_s.retain(|_| index.next().is_some_and(is_good));
                     self.sigma_m.retain(|sigma_m| sigma_m.is_finite());
                 }
                 if self.refused.take().is_some() {
@@ -158,6 +178,7 @@ impl LivePlacer {
                 placed(PlacedPoints {
                     kind,
                     exposed_ns: frame.exposed_ns,
+                    after_s: &self.after_s,
                     in_base_m: &self.in_base_m,
                     sigma_m: &self.sigma_m,
                 });
@@ -186,8 +207,8 @@ mod tests {
     /// Poses at 250 Hz along x at 0.1 m/s, from zero.
     const PERIOD_NS: i64 = 4_000_000;
 
-    fn placer(time_offset_s: f64) -> LivePlacer {
-        let calibration = PlacerCalibration {
+    fn calibration(time_offset_s: f64) -> PlacerCalibration {
+        PlacerCalibration {
             sensor: SensorModel::Profiler,
             shape: None,
             tool_from_camera: Pose::identity(),
@@ -196,8 +217,11 @@ mod tests {
             reading_sigma_m: 2e-5,
             carrier: Carrier::Tool,
             axes: Vec::new(),
-        };
-        LivePlacer::new(&calibration, &Settings::default()).unwrap()
+        }
+    }
+
+    fn placer(time_offset_s: f64) -> LivePlacer {
+        LivePlacer::new(&calibration(time_offset_s), &Settings::default()).unwrap()
     }
 
     fn pose(k: i64) -> Pose {
@@ -228,6 +252,21 @@ mod tests {
             "{xs:?}"
         );
         assert_eq!(placer.news(), None);
+    }
+
+    /// A profile with a NaN that is read out point by point: each remaining point keeps its own time.
+    #[test]
+    fn each_point_has_the_time_of_its_exposure() {
+        let settings = Settings { readout: Readout::ByIndex(1e-5), ..Settings::default() };
+        let mut placer = LivePlacer::new(&calibration(0.010), &settings).unwrap();
+        (0..200).for_each(|k| placer.pose(k * PERIOD_NS, &pose(k), |_| {}));
+        let columns = vec![Some([0.0, 0.3]), None, Some([f64::NAN, 0.3]), Some([0.002, 0.3])];
+        let mut times_s = Vec::new();
+        placer.profile(&ProfileEntry { profile: 1, stamp_ns: 150 * PERIOD_NS, columns }, |points| {
+            assert_eq!((points.in_base_m.len(), points.sigma_m.len()), (2, 2));
+            times_s.extend_from_slice(points.after_s);
+        });
+        assert_eq!(times_s, [0.0, 2e-5]);
     }
 
     #[test]

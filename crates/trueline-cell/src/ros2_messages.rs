@@ -4,7 +4,7 @@ use serde::Serialize;
 use trueline_geometry::Pose;
 
 /// `builtin_interfaces/msg/Time`.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(crate) struct Time {
     sec: i32,
     nanosec: u32,
@@ -19,25 +19,27 @@ impl Time {
 }
 
 /// `std_msgs/msg/Header`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Header {
     pub stamp: Time,
     pub frame_id: String,
 }
 
+/// `geometry_msgs/msg/Vector3`, and `Point`, which has the same fields.
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Vector3 {
-    x: f64,
-    y: f64,
-    z: f64,
+pub(crate) struct Vector3 {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
 }
 
+/// `geometry_msgs/msg/Quaternion`.
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Quaternion {
-    x: f64,
-    y: f64,
-    z: f64,
-    w: f64,
+pub(crate) struct Quaternion {
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+    pub w: f64,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -136,11 +138,13 @@ struct KeyValue {
 pub(crate) enum Level {
     Ok = 0,
     Warn = 1,
+    Error = 2,
     Stale = 3,
 }
 
+/// `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Clone, Debug, Serialize)]
-struct DiagnosticStatus {
+pub(crate) struct DiagnosticStatus {
     level: u8,
     name: String,
     message: String,
@@ -148,30 +152,18 @@ struct DiagnosticStatus {
     values: Vec<KeyValue>,
 }
 
+impl DiagnosticStatus {
+    /// A diagnosis with its numbers.
+    pub(crate) fn of(name: String, level: Level, message: String, values: &[(&str, String)]) -> Self {
+        let value = |(key, value): &(&str, String)| KeyValue { key: (*key).to_owned(), value: value.clone() };
+        let values = values.iter().map(value).collect();
+        Self { level: level as u8, name, message, hardware_id: String::new(), values }
+    }
+}
+
 /// `diagnostic_msgs/msg/DiagnosticArray`.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct DiagnosticArray {
-    header: Header,
-    status: Vec<DiagnosticStatus>,
-}
-
-impl DiagnosticArray {
-    /// Of one diagnosis.
-    pub(crate) fn of(
-        header: Header,
-        name: &str,
-        level: Level,
-        message: String,
-        values: &[(&str, String)],
-    ) -> Self {
-        let value = |(key, value): &(&str, String)| KeyValue { key: (*key).to_owned(), value: value.clone() };
-        let status = DiagnosticStatus {
-            level: level as u8,
-            name: name.to_owned(),
-            message,
-            hardware_id: String::new(),
-            values: values.iter().map(value).collect(),
-        };
-        Self { header, status: vec![status] }
-    }
+    pub header: Header,
+    pub status: Vec<DiagnosticStatus>,
 }

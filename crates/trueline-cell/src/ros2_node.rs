@@ -3,15 +3,15 @@
 //! `ros2-client` makes the node, so that `ros2 node list` shows it. Its inputs are read by [`Ros2Source`] and as raw bytes. All
 //! stamps are those in the headers, as in the bag of the calibration.
 
-use crate::live_placer::{LivePlacer, PlacedPoints};
+use crate::live_placer::{LivePlacer, PlacedKind, PlacedPoints};
 use crate::ros2_dds::{Reader, Unpark, other, participant, reader};
-use crate::ros2_messages::{DiagnosticArray, Header, Level, PointCloud2, TfMessage, Time};
+use crate::ros2_messages::{DiagnosticArray, DiagnosticStatus, Header, Level, TfMessage, Time};
+use crate::ros2_publishers::Publishers;
 use crate::ros2_source::{Ros2Source, Ros2Topic};
-use ros2_client::qos::{Durability, History, WhenFull};
-use ros2_client::{Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, QosProfile};
+use crate::stream_lag::StreamLag;
+use ros2_client::{Context, Node, NodeName, NodeOptions};
 use rustdds::QosPolicyBuilder;
 use rustdds::policy::Reliability;
-use serde::Serialize;
 use std::future::Future;
 use std::io;
 use std::pin::pin;
@@ -19,11 +19,13 @@ use std::sync::Arc;
 use std::task::{Poll, Waker};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
+use trueline_dataset::{Profile, ProfilePoint};
 use trueline_geometry::Pose;
 use trueline_live::HostClock;
 use trueline_live::robot_source::RobotSource;
 use trueline_mcap::message::{decode, kind};
 use trueline_mcap::{Content, Kind, ProfileEntry};
+use trueline_vision::profile::{ProfileJoint, ProfileStream};
 
 /// Interval between checks for profiles.
 const LOOK: Duration = Duration::from_millis(2);
@@ -45,6 +47,8 @@ pub struct Ros2NodeSettings {
     pub profiles_type: String,
     /// Names of the frames of base, tool and sensor.
     pub frames: [String; 3],
+    /// The joint whose seam is searched in the profiles; `None` for the one that they show.
+    pub joint: Option<ProfileJoint>,
 }
 
 /// The calibration in use by a node.
@@ -53,6 +57,19 @@ pub struct Placing {
     pub placer: LivePlacer,
     /// Pose of the sensor on the tool; `None` for a sensor beside the robot.
     pub tool_from_sensor: Option<Pose>,
+}
+
+/// What `trueline watch` says of the calibration in use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WatchVerdict {
+    /// No change is seen.
+    Good,
+    /// A change within the tolerance.
+    WithinTolerance,
+    /// An alarm.
+    Alarm,
+    /// The verdict cannot be read.
+    Unknown,
 }
 
 /// Number of messages so far.
@@ -64,6 +81,8 @@ pub struct Ros2NodeCounts {
     pub profiles: u64,
     /// Profiles whose points were published in base.
     pub placed: u64,
+    /// Seam points that were published in base.
+    pub seam_points: u64,
     /// Messages that cannot be decoded.
     pub unreadable: u64,
 }
@@ -74,20 +93,17 @@ pub struct Ros2Node {
     placing: Placing,
     poses: Ros2Source,
     profiles: Reader,
+    seams: ProfileStream,
     out: Publishers,
     counts: Ros2NodeCounts,
     last_pose: Option<Instant>,
+    /// Of poses, and of profiles.
+    lags: [StreamLag; 2],
     trouble: Option<String>,
+    verdict: Option<(WatchVerdict, String)>,
     clock: HostClock,
     spinner: Option<JoinHandle<()>>,
     node: Node,
-}
-
-struct Publishers {
-    cloud: Publisher<PointCloud2>,
-    profile: Publisher<PointCloud2>,
-    transform: Publisher<TfMessage>,
-    diagnostics: Publisher<DiagnosticArray>,
 }
 
 impl Ros2Node {
@@ -106,22 +122,7 @@ impl Ros2Node {
         let context = Context::from_domain_participant(participant.clone()).map_err(other)?;
         let name = NodeName::new("/", &settings.name).map_err(other)?;
         let mut node = context.new_node(name, NodeOptions::new()).map_err(other)?;
-        let latest = QosProfile::publisher_default()
-            .reliability_reliable(WhenFull::Fail)
-            .history(History::KeepLast { depth: 10 });
-        let kept = latest.clone().durability(Durability::TransientLocal);
-        let own = |topic: &str| format!("/{}/{topic}", settings.name);
-        let out = Publishers {
-            cloud: publisher(&mut node, &own("points"), ("sensor_msgs", "PointCloud2"), &latest)?,
-            profile: publisher(&mut node, &own("profile"), ("sensor_msgs", "PointCloud2"), &latest)?,
-            transform: publisher(&mut node, "/tf_static", ("tf2_msgs", "TFMessage"), &kept)?,
-            diagnostics: publisher(
-                &mut node,
-                "/diagnostics",
-                ("diagnostic_msgs", "DiagnosticArray"),
-                &latest,
-            )?,
-        };
+        let out = Publishers::of(&mut node, &settings.name)?;
         let spin = node.spinner().map_err(other)?.spin();
         let spinner = thread::Builder::new().name("ros2-node".to_owned()).spawn(move || {
             // At its end it only reports that the node is gone.
@@ -131,6 +132,7 @@ impl Ros2Node {
         let profiles = reader(&participant, &settings.profiles, &settings.profiles_type, &qos)?;
         let poses = Ros2Source::of(&participant, settings.poses.clone(), clock)?;
         let node = Self {
+            seams: ProfileStream::new(settings.joint),
             settings,
             placing,
             poses,
@@ -138,7 +140,9 @@ impl Ros2Node {
             out,
             counts: Ros2NodeCounts::default(),
             last_pose: None,
+            lags: Default::default(),
             trouble: None,
+            verdict: None,
             clock,
             spinner: Some(spinner),
             node,
@@ -157,6 +161,11 @@ impl Ros2Node {
     pub fn place_with(&mut self, placing: Placing) {
         self.placing = placing;
         self.tell_sensor();
+    }
+
+    /// Puts the verdict of `trueline watch` among the diagnoses.
+    pub fn watched(&mut self, verdict: WatchVerdict, words: String) {
+        self.verdict = Some((verdict, words));
     }
 
     /// Places profiles for a duration. `tell` receives every event that concerns the user.
@@ -183,11 +192,12 @@ impl Ros2Node {
     }
 
     fn hear_poses(&mut self) -> io::Result<()> {
-        let Self { poses, placing, out, settings, counts, last_pose, .. } = self;
+        let Self { poses, placing, out, settings, counts, last_pose, lags, .. } = self;
         let heard = poses.receive(LOOK, &mut |packet| match &packet.judged {
             Ok((pose, _)) => {
                 counts.poses += 1;
                 *last_pose = Some(Instant::now());
+                lags[0].note(pose.device_ns, packet.arrival.read.wall_ns);
                 let publish = |points: PlacedPoints<'_>| publish(out, settings, counts, points);
                 placing.placer.pose(pose.device_ns, &pose.base_from_tool, publish);
             }
@@ -197,21 +207,26 @@ impl Ros2Node {
     }
 
     fn hear_profiles(&mut self) -> io::Result<()> {
-        let Self { profiles, placing, out, settings, counts, .. } = self;
+        let Self { profiles, placing, out, settings, counts, seams, lags, clock, .. } = self;
         while let Some(change) = profiles.try_take_one().map_err(other)? {
             let Ok(Content::Profile(profile)) = decode(&settings.profiles_type, "cdr", &change.sample) else {
                 counts.unreadable += 1;
                 continue;
             };
             counts.profiles += 1;
-            let exposed = Time::of(placing.placer.exposed_ns(profile.stamp_ns));
-            let header = Header { stamp: exposed, frame_id: settings.frames[2].clone() };
-            let points = profile.points.iter().map(|[x_m, z_m]| [*x_m, 0.0, *z_m]);
-            // A lost message does no harm, as for the points in base.
-            let _sent = out.profile.publish(PointCloud2::of(header, ["x", "y", "z"], points));
+            let stamp_ns = profile.stamp_ns;
+            lags[1].note(stamp_ns, clock.read().wall_ns);
+            let exposed = Time::of(placing.placer.exposed_ns(stamp_ns));
+            out.profile(Header { stamp: exposed, frame_id: settings.frames[2].clone() }, &profile.points);
+            let point = |[x_m, z_m]: &[f64; 2]| ProfilePoint { x_m: *x_m, z_m: *z_m, intensity: None };
+            let points = profile.points.iter().map(point).collect();
             let columns = profile.points.into_iter().map(Some).collect();
-            let profile = ProfileEntry { profile: counts.profiles, stamp_ns: profile.stamp_ns, columns };
-            placing.placer.profile(&profile, |points| publish(out, settings, counts, points));
+            let entry = ProfileEntry { profile: counts.profiles, stamp_ns, columns };
+            placing.placer.profile(&entry, |points| publish(out, settings, counts, points));
+            let seen = Profile { stamp_ns, frame: Some(entry.profile), points };
+            for feature in seams.push(seen) {
+                placing.placer.seam(&feature, |points| publish(out, settings, counts, points));
+            }
         }
         Ok(())
     }
@@ -219,16 +234,14 @@ impl Ros2Node {
     fn tell_sensor(&self) {
         let Some(tool_from_sensor) = &self.placing.tool_from_sensor else { return };
         let [_, tool, sensor] = &self.settings.frames;
-        let header = self.header(tool);
-        // A lost transform is sent again with the next calibration; the queue of this topic is never full.
-        let _sent = self.out.transform.publish(TfMessage::of(header, sensor, tool_from_sensor));
+        self.out.transform(TfMessage::of(self.header(tool), sensor, tool_from_sensor));
     }
 
     fn header(&self, frame: &str) -> Header {
         Header { stamp: Time::of(self.clock.read().steady_ns), frame_id: frame.to_owned() }
     }
 
-    fn diagnose(&self) {
+    fn diagnose(&mut self) {
         let silent = self.last_pose.map(|at| at.elapsed());
         let (level, message) = match (silent, &self.trouble) {
             (None, _) => (Level::Stale, "no pose received".to_owned()),
@@ -238,17 +251,29 @@ impl Ros2Node {
             (Some(_), Some(trouble)) => (Level::Warn, trouble.clone()),
             (Some(_), None) => (Level::Ok, "points are placed".to_owned()),
         };
-        let Ros2NodeCounts { poses, profiles, placed, unreadable } = self.counts;
+        let Ros2NodeCounts { poses, profiles, placed, seam_points, unreadable } = self.counts;
+        let [of_poses, of_profiles] = self.lags.each_mut().map(StreamLag::report);
         let values = [
             ("poses", poses.to_string()),
             ("profiles", profiles.to_string()),
             ("profiles placed", placed.to_string()),
+            ("seam points", seam_points.to_string()),
             ("unreadable messages", unreadable.to_string()),
+            ("delay of poses", of_poses),
+            ("delay of profiles", of_profiles),
         ];
-        let name = format!("{}: points in base", self.settings.name);
-        let array = DiagnosticArray::of(self.header(""), &name, level, message, &values);
-        // There may be no subscriber.
-        let _sent = self.out.diagnostics.publish(array);
+        let name = |what: &str| format!("{}: {what}", self.settings.name);
+        let mut status = vec![DiagnosticStatus::of(name("points in base"), level, message, &values)];
+        status.extend(self.verdict.as_ref().map(|(verdict, words)| {
+            let level = match verdict {
+                WatchVerdict::Good => Level::Ok,
+                WatchVerdict::WithinTolerance => Level::Warn,
+                WatchVerdict::Alarm => Level::Error,
+                WatchVerdict::Unknown => Level::Stale,
+            };
+            DiagnosticStatus::of(name("calibration"), level, words.clone(), &[])
+        }));
+        self.out.diagnostics(DiagnosticArray { header: self.header(""), status });
     }
 }
 
@@ -262,27 +287,16 @@ impl Drop for Ros2Node {
 }
 
 fn publish(
-    out: &Publishers,
+    out: &mut Publishers,
     settings: &Ros2NodeSettings,
     counts: &mut Ros2NodeCounts,
     points: PlacedPoints<'_>,
 ) {
-    counts.placed += 1;
-    let header = Header { stamp: Time::of(points.exposed_ns), frame_id: settings.frames[0].clone() };
-    // Without a subscriber, or with a slow one, the next cloud is more useful than this one.
-    let numbers = points.in_base_m.iter().zip(points.sigma_m).map(|([x, y, z], sigma)| [*x, *y, *z, *sigma]);
-    let _sent = out.cloud.publish(PointCloud2::of(header, ["x", "y", "z", "sigma"], numbers));
-}
-
-fn publisher<M: Serialize>(
-    node: &mut Node,
-    topic: &str,
-    (package, message): (&str, &str),
-    qos: &QosProfile,
-) -> io::Result<Publisher<M>> {
-    let name = Name::parse(topic).map_err(other)?;
-    let topic = node.create_topic(&name, MessageTypeName::new(package, message), qos).map_err(other)?;
-    node.create_publisher(&topic, None).map_err(other)
+    match points.kind {
+        PlacedKind::Profile => counts.placed += 1,
+        PlacedKind::Seam => counts.seam_points += points.in_base_m.len() as u64,
+    }
+    out.placed(&settings.frames[0], points);
 }
 
 /// Runs a future in this thread.

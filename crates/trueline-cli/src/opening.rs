@@ -10,7 +10,8 @@ use std::time::UNIX_EPOCH;
 use trueline::open::error::folder_of;
 use trueline::open::{How, Measurements, OpenError, OpenObserver, Opened, Told};
 use trueline_dataset::feature_cache::FeatureCache;
-use trueline_dataset::{FoundSeams, Profile};
+use trueline_dataset::profile_stream::EachProfile;
+use trueline_dataset::{FoundSeams, Profile, ProfilesRead};
 use trueline_mcap::{ImportError, Imported};
 use trueline_vision::Joint;
 use trueline_vision::scan::ScanObserver;
@@ -20,10 +21,24 @@ pub(crate) fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<Ope
     trueline::open::open(path, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
-/// Reads a scan's measurements: whole profiles, or seam points and stripes.
+/// Opens a scan's measurements: whole profiles, or seam points and stripes.
 pub(crate) fn measurements(path: &Path, quiet: bool) -> Result<Measurements, Failure> {
     trueline::open::open_measurements(path, &how(None), &Words::new(quiet))
         .map_err(|error| failure(&error, None))
+}
+
+/// Reads the whole profiles of such a scan, and hands each over.
+pub(crate) fn profiles(
+    measured: &Measurements,
+    takes_out_origins: bool,
+    each: &mut EachProfile<'_>,
+) -> Result<ProfilesRead, Failure> {
+    measured.each_profile(takes_out_origins, each).map_err(|error| failure(&error, None))
+}
+
+/// All whole profiles of such a scan.
+pub(crate) fn all_profiles(measured: &Measurements) -> Result<Vec<Profile>, Failure> {
+    measured.profiles().map_err(|error| failure(&error, None))
 }
 
 /// Reads several scans of one sensor as one.

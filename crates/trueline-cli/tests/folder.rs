@@ -136,6 +136,8 @@ fn behind_a_proxy_every_link_leads_somewhere() {
     assert_eq!(status, 200);
     let links = addresses(&page);
     assert!(links.len() > 8, "{links:?}");
+    // Without it browsers ask for /favicon.ico, which is not there.
+    assert!(links.iter().any(|link| link == "/cells/7/live.svg"), "{links:?}");
     for link in links {
         let stripped =
             link.strip_prefix("/cells/7").unwrap_or_else(|| panic!("{link}: outside of the prefix"));

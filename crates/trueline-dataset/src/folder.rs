@@ -3,6 +3,7 @@
 use crate::dialect::plain_csv;
 use crate::encoder_log::EncoderLog;
 use crate::error::{Error, Problem};
+use crate::folder_profiles::FolderProfiles;
 pub use crate::folder_writing::{
     replace_features, replace_stripes, write, write_profiles, write_sensors, write_whole,
 };
@@ -49,7 +50,15 @@ pub struct FolderContent {
 /// # Errors
 /// As [`read`].
 pub fn read_content(folder: &Path) -> Result<FolderContent, Error> {
-    read_folder(folder, None)
+    read_folder(folder, None, true)
+}
+
+/// The same without whole profiles, which stay in their file: [`crate::folder_profiles::FolderProfiles`] reads them one by one.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_without_profiles(folder: &Path) -> Result<FolderContent, Error> {
+    read_folder(folder, None, false)
 }
 
 /// Reads a dataset folder without its `features.csv`: the features were found in its pictures.
@@ -57,10 +66,14 @@ pub fn read_content(folder: &Path) -> Result<FolderContent, Error> {
 /// # Errors
 /// As [`read`].
 pub fn read_with_features(folder: &Path, found: FoundSeams) -> Result<Recording, Error> {
-    Ok(read_folder(folder, Some(found))?.recording)
+    Ok(read_folder(folder, Some(found), true)?.recording)
 }
 
-fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent, Error> {
+fn read_folder(
+    folder: &Path,
+    found: Option<FoundSeams>,
+    reads_profiles: bool,
+) -> Result<FolderContent, Error> {
     let mut notes = Vec::new();
     let mut inputs = BTreeMap::new();
     let stops = StopPoses::of(folder)?;
@@ -92,8 +105,10 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         (Some(found), _) => found,
         (None, Some(file)) => {
             check_is_profiler(&sensor_path, &sensor)?;
-            inputs.insert(file.form.file_name().to_owned(), sha256(&file.bytes));
-            profiles = file.read(&mut notes, pairing)?;
+            inputs.insert(file.form.file_name().to_owned(), file.sha256()?);
+            if reads_profiles {
+                profiles = file.read(&mut notes, pairing)?;
+            }
             FoundSeams::default()
         }
         (None, None) => {
@@ -105,7 +120,7 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let truth = parsed(&path("truth.toml"), truth_text, known_toml::parse_truth)?;
     if let Some(stops) = &stops {
         inputs.insert(stop_poses::FILE.to_owned(), stops.sha256.clone());
-        if !is_found {
+        if !is_found && (reads_profiles || !features.is_empty() || !stripes.is_empty()) {
             stops.check_each_is_read(&stamps_of(&features, &stripes, &profiles))?;
         }
         notes.extend(unused_beside_stops(folder));
@@ -286,15 +301,11 @@ pub fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<()
 /// # Errors
 /// An unusable file, or a sensor that is not a profiler.
 pub fn read_profiles(folder: &Path) -> Result<Option<Vec<Profile>>, Error> {
-    let Some(file) = ProfileFile::of(folder)? else { return Ok(None) };
-    check_is_profiler(&folder.join("sensor.toml"), &read_sensor(folder)?)?;
-    let (stops, encoder) =
-        (StopPoses::of(folder)?, EncoderLog::of(robot_folder(folder), &mut BTreeMap::new())?);
-    file.read(&mut Vec::new(), Pairing { stops: stops.as_ref(), encoder: encoder.as_ref() }).map(Some)
+    FolderProfiles::of(folder)?.map(|profiles| profiles.read()).transpose()
 }
 
 /// Profiles need a profiler.
-fn check_is_profiler(file: &Path, sensor: &Sensor) -> Result<(), Error> {
+pub(crate) fn check_is_profiler(file: &Path, sensor: &Sensor) -> Result<(), Error> {
     if *sensor == Sensor::Profiler {
         return Ok(());
     }

@@ -35,6 +35,7 @@ pub mod feature_cache;
 pub mod features_csv;
 pub mod file_kind;
 pub mod folder;
+pub mod folder_profiles;
 mod folder_writing;
 mod found_seams;
 mod frame_signals;
@@ -67,6 +68,8 @@ mod problem;
 mod problem_hint;
 pub mod profile;
 pub mod profile_file;
+pub mod profile_stream;
+mod profile_text;
 pub mod profiles_csv;
 #[cfg(feature = "parquet")]
 pub mod profiles_parquet;
@@ -112,7 +115,7 @@ pub use laser_channel::Channel;
 pub use log_problem::LogProblem;
 pub use picture_source::{FrameStamp, PictureFolder, PictureSource};
 pub use profile::{Profile, ProfilePoint};
-pub use profile_file::ProfileForm;
+pub use profile_file::{ProfileForm, ProfilesRead};
 pub use recording::{
     Feature, Guess, LAST_LINE, MOST_CORRELATION, Measured, PlateStripe, Recording, RobotSample, Sensor,
     Truth, correlation_of,

@@ -31,20 +31,132 @@ pub fn take_out(profiles: &mut [Profile], range_m: f64) -> usize {
 /// Fewest points in the origin that mean no return.
 const FEWEST_ORIGINS: usize = 3;
 
+/// Whether a point is at exactly (0, 0).
+fn is_origin(point: &ProfilePoint) -> bool {
+    point.x_m == 0.0 && point.z_m == 0.0
+}
+
+/// The smallest of some numbers, how often it comes, and the next larger one.
+#[derive(Clone, Copy, Debug)]
+struct Least {
+    value: f64,
+    alike: usize,
+    next: f64,
+}
+
+impl Least {
+    fn add(&mut self, value: f64) {
+        if value > self.value {
+            self.next = self.next.min(value);
+        } else if value == self.value {
+            self.alike += 1;
+        } else if value < self.value {
+            *self = Self { value, alike: 1, next: self.value };
+        }
+    }
+}
+
+/// Findings about codes for no return, point by point.
+#[derive(Clone, Copy, Debug)]
+pub struct NoReturns {
+    origins: usize,
+    others: usize,
+    is_any_near: bool,
+    ranges: usize,
+    /// Of the ranges, and of the ranges with the other sign.
+    ends: [Least; 2],
+}
+
+impl Default for NoReturns {
+    fn default() -> Self {
+        let none = Least { value: f64::INFINITY, alike: 0, next: f64::INFINITY };
+        Self { origins: 0, others: 0, is_any_near: false, ranges: 0, ends: [none; 2] }
+    }
+}
+
+impl NoReturns {
+    /// Notes all points of profiles.
+    fn of(profiles: &[Profile]) -> Self {
+        let mut seen = Self::default();
+        for point in profiles.iter().flat_map(|profile| &profile.points) {
+            seen.note(point);
+            seen.note_range(point);
+        }
+        seen
+    }
+
+    /// Notes the points of a profile. Those in the origin are taken out of it if they are to be.
+    pub fn look(&mut self, profile: &mut Profile, takes_out_origins: bool) {
+        let origins = self.origins;
+        for point in &profile.points {
+            self.note(point);
+            if !(takes_out_origins && is_origin(point)) {
+                self.note_range(point);
+            }
+        }
+        if takes_out_origins && self.origins > origins {
+            profile.points.retain(|point| !is_origin(point));
+        }
+    }
+
+    fn note(&mut self, point: &ProfilePoint) {
+        if is_origin(point) {
+            self.origins += 1;
+        } else {
+            self.others += 1;
+            self.is_any_near |= point.x_m * point.x_m + point.z_m * point.z_m <= FAR_M * FAR_M;
+        }
+    }
+
+    fn note_range(&mut self, point: &ProfilePoint) {
+        self.ranges += 1;
+        self.ends[0].add(point.z_m);
+        self.ends[1].add(-point.z_m);
+    }
+
+    /// Whether there are points in the origin, and these are measurements.
+    #[must_use]
+    pub fn origins_are_measured(&self) -> bool {
+        self.origins > 0 && (self.origins < FEWEST_ORIGINS || self.others == 0 || self.is_any_near)
+    }
+
+    /// Remark on the points in the origin that mean no return; `None` if there are none.
+    #[must_use]
+    pub fn origins(&self) -> Option<String> {
+        if self.origins == 0 || self.origins_are_measured() {
+            return None;
+        }
+        let of = self.origins + self.others;
+        Some(format!(
+            "{} of {of} points are exactly (0, 0), far from all others: no return, left out",
+            self.origins
+        ))
+    }
+
+    /// Reports a smallest or largest range that means no return.
+    ///
+    /// # Errors
+    /// [`Problem::NoReturn`].
+    pub fn check(&self) -> Result<(), Problem> {
+        for (end, sign) in self.ends.iter().zip([1.0, -1.0]) {
+            // Infinite if nothing else was measured: a level plate without noise.
+            let apart_m = end.next - end.value;
+            let is_common = end.alike >= FEWEST && end.alike as f64 >= LEAST_PART * self.ranges as f64;
+            if is_common && apart_m.is_finite() && apart_m > FAR_M {
+                let range_mm = sign * end.value * MM_PER_M;
+                return Err(Problem::NoReturn { range_mm, points: end.alike, of: self.ranges });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Removes points at exactly (0, 0) without other measurements near them, and reports their number: sensors write them for
 /// no return.
 pub fn take_out_origins(profiles: &mut [Profile]) -> Option<String> {
-    let is_origin = |point: &ProfilePoint| point.x_m == 0.0 && point.z_m == 0.0;
-    let points = || profiles.iter().flat_map(|profile| &profile.points);
-    let origins = points().filter(|point| is_origin(point)).count();
-    let mut others = points().filter(|point| !is_origin(point)).peekable();
-    let has_others = others.peek().is_some();
-    if origins < FEWEST_ORIGINS || !has_others || others.any(|point| point.x_m.hypot(point.z_m) <= FAR_M) {
-        return None;
-    }
-    let of = points().count();
+    let said = NoReturns::of(profiles).origins()?;
     profiles.iter_mut().for_each(|profile| profile.points.retain(|point| !is_origin(point)));
-    Some(format!("{origins} of {of} points are exactly (0, 0), far from all others: no return, left out"))
+    Some(said)
 }
 
 /// Reports profiles in which the smallest or the largest range means no return.
@@ -52,25 +164,7 @@ pub fn take_out_origins(profiles: &mut [Profile]) -> Option<String> {
 /// # Errors
 /// [`Problem::NoReturn`].
 pub fn check(profiles: &[Profile]) -> Result<(), Problem> {
-    let ranges = || profiles.iter().flat_map(|profile| &profile.points).map(|point| point.z_m);
-    let [least, most] = ends(ranges());
-    let of = ranges().count();
-    for value in [least, most] {
-        let alike = ranges().filter(|range| *range == value).count();
-        let [from, to] = ends(ranges().filter(|range| *range != value));
-        // Infinite if nothing else was measured: a level plate without noise.
-        let apart_m = f64::max(from - value, value - to);
-        let is_common = alike >= FEWEST && alike as f64 >= LEAST_PART * of as f64;
-        if is_common && apart_m.is_finite() && apart_m > FAR_M {
-            return Err(Problem::NoReturn { range_mm: value * MM_PER_M, points: alike, of });
-        }
-    }
-    Ok(())
-}
-
-fn ends(ranges: impl Iterator<Item = f64>) -> [f64; 2] {
-    ranges
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], range| [least.min(range), most.max(range)])
+    NoReturns::of(profiles).check()
 }
 
 #[cfg(test)]
@@ -124,6 +218,25 @@ mod tests {
         for mut left in [with(2, 0.0), with(3, 0.1), alone] {
             let count = left[0].points.len();
             assert_eq!((take_out_origins(&mut left), left[0].points.len()), (None, count));
+        }
+    }
+
+    /// A stream that leaves origins out knows at its end whether it should have.
+    #[test]
+    fn a_stream_says_what_all_profiles_together_say() {
+        for (origins, lower_m) in [(3, 0.0), (2, 0.0), (3, 0.1), (0, 0.0)] {
+            let mut all = profiles(0, 0.0);
+            all[0].points.iter_mut().for_each(|point| point.z_m -= lower_m);
+            all[0].points.extend(vec![ProfilePoint { x_m: 0.0, z_m: 0.0, intensity: None }; origins]);
+            let (mut streamed, mut seen) = (all.clone(), NoReturns::default());
+            streamed.iter_mut().for_each(|profile| seen.look(profile, true));
+            let said = take_out_origins(&mut all);
+            assert_eq!(
+                (seen.origins(), seen.origins_are_measured()),
+                (said.clone(), said.is_none() && origins > 0)
+            );
+            assert!(said.is_none() || streamed == all);
+            assert_eq!(seen.check().is_ok(), check(&streamed).is_ok());
         }
     }
 

@@ -8,6 +8,7 @@
 //! fields 5 and 8 the headers of data pages; their field 1 is the number of values \[ParquetFormat\].
 
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
+use parquet::file::reader::ChunkReader;
 
 /// Sum of the claims of a file's pages.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,31 +22,42 @@ pub(crate) struct Claimed {
 /// Deepest nesting of a header; the format's has three levels.
 const MOST_LEVELS: usize = 8;
 
+/// Bytes of a header, ...
+const USUAL_HEADER: u64 = 1 << 12;
+/// ... and of one with long statistics.
+const LONGEST_HEADER: u64 = 1 << 20;
+
 /// Sums over all columns; `None` where pages do not follow each other to the end of their column.
-pub(crate) fn claimed(file: &[u8], metadata: &ParquetMetaData) -> Option<Claimed> {
+pub(crate) fn claimed(file: &impl ChunkReader, metadata: &ParquetMetaData) -> Option<Claimed> {
     let (mut bytes, mut rows_by_column) = (0_u64, Vec::new());
     for group in metadata.row_groups() {
         rows_by_column.resize(rows_by_column.len().max(group.num_columns()), 0_u64);
         for (column, rows) in group.columns().iter().zip(&mut rows_by_column) {
-            let mut chunk = bytes_of(file, column)?;
-            while !chunk.is_empty() {
-                let mut reader = Compact { left: chunk };
-                let page = reader.page_header()?;
+            let (mut at, end) = pages_of(column)?;
+            if end > file.len() {
+                return None;
+            }
+            while at < end {
+                let header = |most: u64| {
+                    let chunk = file.get_bytes(at, usize::try_from(most.min(end - at)).ok()?).ok()?;
+                    let mut reader = Compact { left: &chunk };
+                    Some((reader.page_header()?, (chunk.len() - reader.left.len()) as u64))
+                };
+                let (page, header) = header(USUAL_HEADER).or_else(|| header(LONGEST_HEADER))?;
                 bytes = bytes.checked_add(page.uncompressed)?;
                 *rows = rows.checked_add(page.values)?;
-                chunk = reader.left.get(usize::try_from(page.compressed).ok()?..)?;
+                at = at.checked_add(header)?.checked_add(page.compressed).filter(|next| *next <= end)?;
             }
         }
     }
     Some(Claimed { bytes, rows: rows_by_column.into_iter().max().unwrap_or(0) })
 }
 
-/// A column's pages. The library's own look-up of their range ends in a panic where a number of it is negative.
-fn bytes_of<'a>(file: &'a [u8], column: &ColumnChunkMetaData) -> Option<&'a [u8]> {
+/// Begin and end of a column's pages. The library's own look-up of their range ends in a panic where a number of it is negative.
+fn pages_of(column: &ColumnChunkMetaData) -> Option<(u64, u64)> {
     let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
-    let start = usize::try_from(start).ok()?;
-    let end = start.checked_add(usize::try_from(column.compressed_size()).ok()?)?;
-    file.get(start..end)
+    let start = u64::try_from(start).ok()?;
+    Some((start, start.checked_add(u64::try_from(column.compressed_size()).ok()?)?))
 }
 
 #[derive(Default)]

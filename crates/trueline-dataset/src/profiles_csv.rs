@@ -8,12 +8,14 @@
 use crate::encoder_log;
 use crate::error::{Error, Problem};
 use crate::profile::{Profile, ProfilePoint};
+use crate::profile_stream::Assembly;
 use crate::stamp;
 use crate::stop_poses::{Pairing, RowKey};
 use crate::table::{self, ColumnSpec, Header, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use std::collections::BTreeSet;
 use std::io::Write;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 pub(crate) const TIME: usize = 0;
@@ -63,38 +65,78 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<Profile>, Error> {
 /// # Errors
 /// As [`read`], and a stop without a pose, or a count beyond the encoder's log.
 pub(crate) fn read_at(file: &Path, bytes: &[u8], pairing: Pairing<'_>) -> Result<Vec<Profile>, Error> {
-    let header = Header::read(file, bytes)?;
-    let key = RowKey::of(&header, pairing)?;
-    let heights = header.names().iter().filter(|name| height_number(name).is_some()).count();
-    let mut profiles = if heights > 0 { read_wide(header, heights, key)? } else { read_long(header, key)? };
+    let mut profiles = Vec::new();
+    let mut keep = |profile| {
+        profiles.push(profile);
+        ControlFlow::Continue(())
+    };
+    let mut tables = Tables { file, pairing, all: Assembly::new(&mut keep) };
+    let _all = tables.take(bytes)?;
+    tables.end()?;
     profiles.sort_by_key(|profile| profile.stamp_ns);
-    if profiles.is_empty() {
-        return Err(Error::in_file(file, Problem::NoRows));
-    }
-    if profiles.iter().all(|profile| profile.points.is_empty()) {
-        return Err(Error::in_file(file, Problem::NoPoints { profiles: profiles.len() }));
-    }
     Ok(profiles)
 }
 
-fn read_long(header: Header<'_>, key: RowKey<'_>) -> Result<Vec<Profile>, Error> {
+/// A table in one piece or in several, each under the same header.
+pub(crate) struct Tables<'a, 'b> {
+    pub file: &'a Path,
+    pub pairing: Pairing<'a>,
+    pub all: Assembly<'a, 'b>,
+}
+
+impl Tables<'_, '_> {
+    /// Hands over the profiles of a piece. The last one may go on in the next piece.
+    ///
+    /// # Errors
+    /// As [`read_at`], with lines from the beginning of this piece.
+    pub(crate) fn take(&mut self, bytes: &[u8]) -> Result<ControlFlow<()>, Error> {
+        let header = Header::read(self.file, bytes)?;
+        let key = RowKey::of(&header, self.pairing)?;
+        let heights = header.names().iter().filter(|name| height_number(name).is_some()).count();
+        if heights > 0 {
+            read_wide(header, heights, key, &mut self.all)
+        } else {
+            read_long(header, key, &mut self.all)
+        }
+    }
+
+    /// Hands over the last profile.
+    ///
+    /// # Errors
+    /// A table without rows, or without a point.
+    pub(crate) fn end(self) -> Result<(), Error> {
+        let (file, profiles) = (self.file, self.all.profiles);
+        if profiles == 0 {
+            return Err(Error::in_file(file, Problem::NoRows));
+        }
+        if !self.all.end() {
+            return Err(Error::in_file(file, Problem::NoPoints { profiles }));
+        }
+        Ok(())
+    }
+}
+
+fn read_long(
+    header: Header<'_>,
+    key: RowKey<'_>,
+    all: &mut Assembly<'_, '_>,
+) -> Result<ControlFlow<()>, Error> {
     let specs: Vec<ColumnSpec<'_>> = shared(key).into_iter().chain(LONG).collect();
     let mut table = header.find(&specs)?;
-    let mut profiles: Vec<Profile> = Vec::new();
     while table.next_row()? {
-        let last_ns = profiles.last().map(|last| last.stamp_ns);
+        let last_ns = all.last().map(|last| last.stamp_ns);
         let (stamp_ns, frame) = (key.stamp_ns(&table, TIME, last_ns)?, table.count(FRAME)?);
         let point = ProfilePoint {
             x_m: table.required_number(FIRST)?,
             z_m: table.required_number(FIRST + 1)?,
             intensity: table.number(FIRST + 2)?,
         };
-        match profiles.last_mut().filter(|last| (last.stamp_ns, last.frame) == (stamp_ns, frame)) {
-            Some(last) => last.points.push(point),
-            None => profiles.push(Profile { stamp_ns, frame, points: vec![point] }),
+        match all.of_row(stamp_ns, frame) {
+            ControlFlow::Continue(profile) => profile.points.push(point),
+            ControlFlow::Break(()) => return Ok(ControlFlow::Break(())),
         }
     }
-    Ok(profiles)
+    Ok(ControlFlow::Continue(()))
 }
 
 /// The first height that the header of a wide table leaves out, of those before its last one.
@@ -108,7 +150,12 @@ fn missing_height(header: &Header<'_>) -> Option<Problem> {
     Some(Problem::MissingColumn { name: format!("z{missing}_mm"), found })
 }
 
-fn read_wide(header: Header<'_>, heights: usize, key: RowKey<'_>) -> Result<Vec<Profile>, Error> {
+fn read_wide(
+    header: Header<'_>,
+    heights: usize,
+    key: RowKey<'_>,
+    all: &mut Assembly<'_, '_>,
+) -> Result<ControlFlow<()>, Error> {
     if let Some(missing) = missing_height(&header) {
         return Err(header.error(missing));
     }
@@ -116,9 +163,8 @@ fn read_wide(header: Header<'_>, heights: usize, key: RowKey<'_>) -> Result<Vec<
     let columns = names.iter().map(|name| required(name, Quantity::Length));
     let specs: Vec<ColumnSpec<'_>> = shared(key).into_iter().chain(WIDE).chain(columns).collect();
     let mut table = header.find(&specs)?;
-    let mut profiles: Vec<Profile> = Vec::new();
     while table.next_row()? {
-        let last_ns = profiles.last().map(|last| last.stamp_ns);
+        let last_ns = all.last().map(|last| last.stamp_ns);
         let (stamp_ns, frame) = (key.stamp_ns(&table, TIME, last_ns)?, table.count(FRAME)?);
         let (x0_m, dx_m) = (table.required_number(FIRST)?, table.required_number(FIRST + 1)?);
         if dx_m == 0.0 {
@@ -134,9 +180,11 @@ fn read_wide(header: Header<'_>, heights: usize, key: RowKey<'_>) -> Result<Vec<
                 points.push(ProfilePoint { x_m, z_m, intensity: None });
             }
         }
-        profiles.push(Profile { stamp_ns, frame, points });
+        if all.add(Profile { stamp_ns, frame, points }).is_break() {
+            return Ok(ControlFlow::Break(()));
+        }
     }
-    Ok(profiles)
+    Ok(ControlFlow::Continue(()))
 }
 
 /// The columns of both forms, with the key that pairs their rows with the robot in the first.

@@ -6,6 +6,7 @@
 use crate::error::{Error, Problem};
 use crate::parquet_pages;
 use crate::profile::{Profile, ProfilePoint};
+use crate::profile_stream::{Assembly, EachProfile};
 use crate::profiles_csv::{FIRST, FRAME, LONG, SHARED, TIME};
 use crate::stamp;
 use crate::table::{LARGEST, identify};
@@ -15,11 +16,13 @@ use parquet::basic::{Compression, Repetition, Type, ZstdLevel};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::ParquetMetaData;
 use parquet::file::properties::WriterProperties;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type as SchemaType;
-use std::panic::catch_unwind;
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -30,7 +33,7 @@ const ROWS_PER_BYTE: u64 = 4;
 /// Largest uncompressed size of a row's numbers, bytes.
 const BYTES_PER_ROW: u64 = 64;
 /// Rows that are read at a time.
-const BATCH: usize = 1 << 16;
+const BATCH: usize = 1 << 15;
 /// How a file is made that can be read.
 const HINT: &str =
     "columns of numbers time_s, x_mm and z_mm, one row a point: df.to_parquet('profiles.parquet')";
@@ -63,46 +66,82 @@ struct Column {
 /// # Errors
 /// A file that is not Parquet or damaged; columns that are missing, unknown or not numbers; stamps that run backwards.
 pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<Profile>, Error> {
-    // The format's library indexes past the end of some damaged pages.
-    catch_unwind(|| read_sound(file, bytes))
-        .unwrap_or_else(|_| Err(Error::unreadable(file, "a Parquet file that is damaged", HINT)))
-}
-
-fn read_sound(file: &Path, bytes: Vec<u8>) -> Result<Vec<Profile>, Error> {
-    let unreadable = |error: ParquetError| Error::unreadable(file, format!("a Parquet file: {error}"), HINT);
+    let mut profiles = Vec::new();
     let bytes = Bytes::from(bytes);
-    let reader = SerializedFileReader::new(bytes.clone()).map_err(unreadable)?;
-    check_claims(file, &bytes, &reader)?;
-    let columns = columns(file, &reader)?;
-    let mut profiles: Vec<Profile> = Vec::new();
-    for group in 0..reader.num_row_groups() {
-        let group = reader.get_row_group(group).map_err(unreadable)?;
-        let mut values: [Vec<Option<Number>>; FIRST + LONG.len()] = Default::default();
-        for (column, values) in columns.iter().zip(&mut values) {
-            let Some(column) = column else { continue };
-            let reader = group.get_column_reader(column.index).map_err(unreadable)?;
-            let described = group.metadata().column(column.index).column_descr_ptr();
-            if described.max_rep_level() > 0
-                || !read_numbers(reader, described.max_def_level(), values).map_err(unreadable)?
-            {
-                return Err(no_numbers(file, &column.name));
-            }
-        }
-        Rows { file, columns: &columns, values: &values }.append_to(&mut profiles)?;
-    }
-    if profiles.is_empty() {
-        return Err(Error::in_file(file, Problem::NoRows));
-    }
+    each(file, [bytes.clone(), bytes], &mut |profile| {
+        profiles.push(profile);
+        ControlFlow::Continue(())
+    })?;
     Ok(profiles)
 }
 
+/// Hands over the profiles of a file, opened twice, of which some thousand rows are in memory.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn each<R: ChunkReader + 'static>(
+    file: &Path,
+    opened: [R; 2],
+    each: &mut EachProfile<'_>,
+) -> Result<(), Error> {
+    // The format's library indexes past the end of some damaged pages.
+    catch_unwind(AssertUnwindSafe(|| each_sound(file, opened, each)))
+        .unwrap_or_else(|_| Err(Error::unreadable(file, "a Parquet file that is damaged", HINT)))
+}
+
+fn each_sound<R: ChunkReader + 'static>(
+    file: &Path,
+    [pages, source]: [R; 2],
+    each: &mut EachProfile<'_>,
+) -> Result<(), Error> {
+    let unreadable = |error: ParquetError| Error::unreadable(file, format!("a Parquet file: {error}"), HINT);
+    let reader = SerializedFileReader::new(source).map_err(unreadable)?;
+    check_claims(file, &pages, reader.metadata())?;
+    let columns = columns(file, reader.metadata())?;
+    let mut all = Assembly::new(each);
+    for group in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(group).map_err(unreadable)?;
+        let mut readers = [const { None }; FIRST + LONG.len()];
+        for (column, opened) in columns.iter().zip(&mut readers) {
+            let Some(column) = column else { continue };
+            let described = group.metadata().column(column.index).column_descr_ptr();
+            if described.max_rep_level() > 0 {
+                return Err(no_numbers(file, &column.name));
+            }
+            let reader = group.get_column_reader(column.index).map_err(unreadable)?;
+            *opened = Some((reader, described.max_def_level()));
+        }
+        let mut values: [Vec<Option<Number>>; FIRST + LONG.len()] = Default::default();
+        loop {
+            for ((column, opened), values) in columns.iter().zip(&mut readers).zip(&mut values) {
+                let (Some(column), Some((reader, defined))) = (column, opened) else { continue };
+                values.clear();
+                if !read_numbers(reader, *defined, values).map_err(unreadable)? {
+                    return Err(no_numbers(file, &column.name));
+                }
+            }
+            if values.iter().all(Vec::is_empty) {
+                break;
+            }
+            if (Rows { file, columns: &columns, values: &values }).append_to(&mut all)?.is_break() {
+                return Ok(());
+            }
+        }
+    }
+    if all.profiles == 0 {
+        return Err(Error::in_file(file, Problem::NoRows));
+    }
+    let _has_points = all.end();
+    Ok(())
+}
+
 /// Refuses data that would fill the memory: pages that claim more than a file of this size can hold.
-fn check_claims(file: &Path, bytes: &Bytes, reader: &SerializedFileReader<Bytes>) -> Result<(), Error> {
+fn check_claims(file: &Path, source: &impl ChunkReader, metadata: &ParquetMetaData) -> Result<(), Error> {
     let refused = |what: String| Err(Error::unreadable(file, what, HINT));
-    let Some(claimed) = parquet_pages::claimed(bytes, reader.metadata()) else {
+    let Some(claimed) = parquet_pages::claimed(source, metadata) else {
         return refused("a Parquet file that is damaged: its pages do not follow each other".to_owned());
     };
-    let length = bytes.len() as u64;
+    let length = source.len();
     let most_rows = FEW_ROWS.max(ROWS_PER_BYTE * length);
     if claimed.rows > most_rows || claimed.bytes > BYTES_PER_ROW * most_rows {
         return refused(format!(
@@ -118,12 +157,9 @@ fn no_numbers(file: &Path, name: &str) -> Error {
 }
 
 /// Place of each column of the long form.
-fn columns(
-    file: &Path,
-    reader: &SerializedFileReader<Bytes>,
-) -> Result<[Option<Column>; FIRST + LONG.len()], Error> {
+fn columns(file: &Path, metadata: &ParquetMetaData) -> Result<[Option<Column>; FIRST + LONG.len()], Error> {
     let specs: Vec<_> = SHARED.into_iter().chain(LONG).collect();
-    let schema = reader.metadata().file_metadata().schema_descr();
+    let schema = metadata.file_metadata().schema_descr();
     let names: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
     let mut columns = [const { None }; FIRST + LONG.len()];
     for (index, name) in names.iter().enumerate() {
@@ -143,50 +179,44 @@ fn columns(
     Ok(columns)
 }
 
-/// All numbers of a column; `false` if it has none.
+/// The next numbers of a column; `false` if it has none.
 fn read_numbers(
-    reader: ColumnReader,
+    reader: &mut ColumnReader,
     defined: i16,
     into: &mut Vec<Option<Number>>,
 ) -> Result<bool, ParquetError> {
     match reader {
-        ColumnReader::DoubleColumnReader(reader) => read_all(reader, defined, into, Number::Real)?,
+        ColumnReader::DoubleColumnReader(reader) => read_some(reader, defined, into, Number::Real)?,
         ColumnReader::FloatColumnReader(reader) => {
-            read_all(reader, defined, into, |value| Number::Real(f64::from(value)))?;
+            read_some(reader, defined, into, |value| Number::Real(f64::from(value)))?;
         }
-        ColumnReader::Int64ColumnReader(reader) => read_all(reader, defined, into, Number::Whole)?,
+        ColumnReader::Int64ColumnReader(reader) => read_some(reader, defined, into, Number::Whole)?,
         ColumnReader::Int32ColumnReader(reader) => {
-            read_all(reader, defined, into, |value| Number::Whole(i64::from(value)))?;
+            read_some(reader, defined, into, |value| Number::Whole(i64::from(value)))?;
         }
         _ => return Ok(false),
     }
     Ok(true)
 }
 
-fn read_all<T: DataType>(
-    mut reader: ColumnReaderImpl<T>,
+fn read_some<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
     defined: i16,
     into: &mut Vec<Option<Number>>,
     number: impl Fn(T::T) -> Number,
 ) -> Result<(), ParquetError> {
     let (mut known, mut levels) = (Vec::new(), Vec::new());
-    loop {
-        known.clear();
-        levels.clear();
-        let (records, ..) = reader.read_records(BATCH, Some(&mut levels), None, &mut known)?;
-        if records == 0 {
-            return Ok(());
-        }
-        let mut known = known.drain(..).map(&number);
-        if defined == 0 {
-            into.extend(known.map(Some));
-        } else {
-            into.extend(levels.iter().map(|level| if *level == defined { known.next() } else { None }));
-        }
+    reader.read_records(BATCH, Some(&mut levels), None, &mut known)?;
+    let mut known = known.into_iter().map(number);
+    if defined == 0 {
+        into.extend(known.map(Some));
+    } else {
+        into.extend(levels.iter().map(|level| if *level == defined { known.next() } else { None }));
     }
+    Ok(())
 }
 
-/// The rows of a group.
+/// Some rows of a group.
 struct Rows<'a> {
     file: &'a Path,
     columns: &'a [Option<Column>],
@@ -194,35 +224,27 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn append_to(&self, profiles: &mut Vec<Profile>) -> Result<(), Error> {
+    fn append_to(&self, all: &mut Assembly<'_, '_>) -> Result<ControlFlow<()>, Error> {
         let rows = self.values[TIME].len();
-        if self
-            .columns
-            .iter()
-            .zip(self.values)
-            .any(|(column, values)| column.is_some() && values.len() != rows)
-        {
+        let differs = |(column, values): (&Option<Column>, &Vec<_>)| column.is_some() && values.len() != rows;
+        if self.columns.iter().zip(self.values).any(differs) {
             return Err(Error::unreadable(self.file, "a Parquet file: its columns differ in length", HINT));
         }
         for row in 0..rows {
             let (stamp_ns, frame) = (self.stamp_ns(row)?, self.frame(row)?);
-            let last = profiles.last().map(|last| (last.stamp_ns, last.frame));
-            if let Some((previous_ns, _)) = last.filter(|(previous_ns, _)| stamp_ns < *previous_ns) {
+            let last_ns = all.last().map(|last| last.stamp_ns);
+            if let Some(previous_ns) = last_ns.filter(|previous_ns| stamp_ns < *previous_ns) {
                 let (previous_s, this_s) = (stamp::seconds(previous_ns), stamp::seconds(stamp_ns));
                 return Err(self.error(TIME, Problem::TimeRunsBackwards { previous_s, this_s }));
             }
-            if last != Some((stamp_ns, frame)) {
-                profiles.push(Profile { stamp_ns, frame, points: Vec::new() });
-            }
-            let (Some(x_m), Some(z_m)) = (self.measured(FIRST, row)?, self.measured(FIRST + 1, row)?) else {
-                continue;
+            let ControlFlow::Continue(profile) = all.of_row(stamp_ns, frame) else {
+                return Ok(ControlFlow::Break(()));
             };
-            let intensity = self.measured(FIRST + 2, row)?;
-            if let Some(profile) = profiles.last_mut() {
-                profile.points.push(ProfilePoint { x_m, z_m, intensity });
+            if let (Some(x_m), Some(z_m)) = (self.measured(FIRST, row)?, self.measured(FIRST + 1, row)?) {
+                profile.points.push(ProfilePoint { x_m, z_m, intensity: self.measured(FIRST + 2, row)? });
             }
         }
-        Ok(())
+        Ok(ControlFlow::Continue(()))
     }
 
     fn error(&self, column: usize, problem: Problem) -> Error {

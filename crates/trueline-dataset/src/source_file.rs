@@ -47,6 +47,17 @@ pub(crate) fn bytes_if_there(file: &Path) -> Result<Option<Vec<u8>>, Error> {
     }
 }
 
+/// An open file, or `None` if it is not there.
+///
+/// # Errors
+/// As [`open`], but for a file that is missing.
+pub(crate) fn open_if_there(file: &Path) -> Result<Option<File>, Error> {
+    match open(file) {
+        Err(error) if matches!(error.problem, Problem::Missing) => Ok(None),
+        opened => opened.map(Some),
+    }
+}
+
 /// The text of a file.
 ///
 /// # Errors

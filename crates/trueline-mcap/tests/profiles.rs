@@ -7,12 +7,13 @@ mod common;
 use common::{T0, about, robot};
 use foxglove::messages::{PackedElementField, PointCloud, packed_element_field::NumericType};
 use prost::Message;
+use std::ops::ControlFlow;
 use std::path::Path;
 use trueline_dataset::{Sensor, folder};
 use trueline_mcap::message::decode;
 use trueline_mcap::{
     Choice, Content, ContentError, DatasetFolder, Entry, FrameEntry, ImportError, ProfileEntry, Recorder,
-    StampClock, import,
+    StampClock, import, import_without_profiles,
 };
 
 fn profile(k: u64) -> ProfileEntry {
@@ -143,4 +144,35 @@ fn clouds_of_others_are_profiles_if_they_lie_in_the_plane_and_lengths_that_lie_a
     }
     let integers = cloud(&[("x", 0, Uint16), ("z", 2, Uint16)], 4, flat);
     assert!(matches!(read(&integers), Err(ContentError::Missing { .. })));
+}
+
+/// The profiles that stay in the recording are those that an import has, and the rest of the recording is the same.
+#[test]
+fn profiles_one_by_one_are_those_of_the_import() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("recording.mcap");
+    recorded(&file, 20);
+    let imported = import(&file, &Choice::default()).unwrap();
+    let (rest, profiles) = import_without_profiles(&file, &Choice::default()).unwrap();
+    assert!(rest.profiles.is_empty());
+    assert_eq!(
+        (rest.recording.robot, rest.recording.inputs),
+        (imported.recording.robot, imported.recording.inputs)
+    );
+    let mut one_by_one = Vec::new();
+    let profiles = profiles.unwrap();
+    let mut keep = |profile| {
+        one_by_one.push(profile);
+        ControlFlow::Continue(())
+    };
+    let read = profiles.each(true, &mut keep).unwrap();
+    assert_eq!(one_by_one, imported.profiles);
+    assert!(imported.notes.iter().any(|note| *note == read.notes[0]), "{:?}", read.notes);
+    let mut first = 0;
+    let stop = |_| {
+        first += 1;
+        ControlFlow::Break(())
+    };
+    profiles.each(true, &mut { stop }).unwrap();
+    assert_eq!(first, 1);
 }

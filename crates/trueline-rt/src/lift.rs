@@ -3,7 +3,7 @@
 use crate::calibration::{PlacerCalibration, SensorModel};
 use crate::points::Points;
 use crate::settings::Readout;
-use crate::sweep::{Knot, Sweep, after_s};
+use crate::sweep::{Knot, Sweep};
 use nalgebra::{Matrix3, Matrix4x3, Vector2, Vector3};
 use trueline_model::{LaserSheet, SheetShape};
 
@@ -34,19 +34,19 @@ impl SheetKnot {
     }
 
     #[inline]
-    fn place(&self, [a, b]: [f64; 2], base: &mut [f64; 3], sigma_m: &mut f64) -> bool {
+    fn place(&self, [a, b]: [f64; 2], into: (&mut [f64; 3], &mut f64)) -> bool {
         let (m, q) = (&self.base_by_sheet, &self.form);
         let point = [0, 1, 2].map(|row| m[(row, 0)] * a + m[(row, 1)] * b + m[(row, 2)]);
         let variance = a * (q[(0, 0)] * a + 2.0 * (q[(0, 1)] * b + q[(0, 2)]))
             + b * (q[(1, 1)] * b + 2.0 * q[(1, 2)])
             + q[(2, 2)];
-        answer(point, variance, base, sigma_m)
+        answer(point, variance, into)
     }
 }
 
 /// Writes a point and its ±, or that there is none; returns whether there is one.
 #[inline]
-fn answer(point: [f64; 3], variance: f64, base: &mut [f64; 3], sigma_m: &mut f64) -> bool {
+fn answer(point: [f64; 3], variance: f64, (base, sigma_m): (&mut [f64; 3], &mut f64)) -> bool {
     let is_good = (point[0] + point[1] + point[2]).is_finite() && variance.is_finite();
     *base = if is_good { point } else { [f64::NAN; 3] };
     // Rounding may leave less than nothing of a variance that is zero.
@@ -79,47 +79,50 @@ impl Lift {
         base_points: &mut [[f64; 3]],
         sigma_m: &mut [f64],
     ) -> usize {
-        let out = base_points.iter_mut().zip(sigma_m);
-        match (points, sweep.only()) {
-            (Points::Profile(points), Some(knot)) => {
-                let knot = SheetKnot::of(knot, &self.sheet);
-                let mut placed = 0;
-                for (reading, (base, sigma_m)) in points.iter().zip(out) {
-                    placed += usize::from(knot.place(self.corrected(*reading), base, sigma_m));
-                }
-                placed
-            }
-            (Points::Profile(points), None) => {
-                let each = points.iter().enumerate().zip(out);
-                let there = each.filter_map(|((index, reading), (base, sigma_m))| {
+        let mut out = base_points.iter_mut().zip(sigma_m);
+        if let (Points::Profile(readings), Sweep::Still(knot)) = (points, sweep) {
+            let knot = SheetKnot::of(knot, &self.sheet);
+            let each = readings.iter().zip(out);
+            return each
+                .filter_map(|(reading, into)| knot.place(self.corrected(*reading), into).then_some(()))
+                .count();
+        }
+        let mut placed = 0;
+        let mut place = |after_s: f64, point: Option<Vector3<f64>>| {
+            let Some(into) = out.next() else { return };
+            placed += usize::from(match sweep {
+                Sweep::Still(knot) => placed_at(Some(knot), point, into),
+                Sweep::Moving(knots) => placed_at(knots.at(after_s).as_ref(), point, into),
+            });
+        };
+        match points {
+            Points::Profile(readings) => {
+                for (index, reading) in readings.iter().enumerate() {
                     let point = self.sheet.point(&Vector2::from(self.corrected(*reading)));
-                    placed_at(sweep, after_s(readout, index, *reading), Some(point), base, sigma_m)
-                });
-                there.count()
+                    place(readout.after_s(index, *reading), Some(point));
+                }
             }
-            (Points::Pixels(pixels), _) => {
-                let each = pixels.iter().enumerate().zip(out);
-                let there = each.filter_map(|((index, pixel), (base, sigma_m))| {
-                    let after_s = after_s(readout, index, *pixel);
-                    placed_at(sweep, after_s, self.of_pixel(*pixel), base, sigma_m)
-                });
-                there.count()
+            Points::Pixels(pixels) => {
+                for (index, pixel) in pixels.iter().enumerate() {
+                    place(readout.after_s(index, *pixel), self.of_pixel(*pixel));
+                }
             }
-            (Points::Camera(points), _) => {
-                let each = points.iter().enumerate().zip(out);
-                let there = each.filter_map(|((index, point), (base, sigma_m))| {
-                    let point = self.in_sheet(Vector3::from(*point));
-                    placed_at(sweep, after_s(readout, index, [0.0; 2]), Some(point), base, sigma_m)
-                });
-                there.count()
+            Points::Camera(points) => {
+                for (index, point) in points.iter().enumerate() {
+                    place(readout.after_s(index, [0.0; 2]), Some(self.in_sheet(Vector3::from(*point))));
+                }
             }
         }
+        placed
     }
 
     /// Corrected place of a point of the sheet that the sensor reports here.
     #[inline]
     fn corrected(&self, reading: [f64; 2]) -> [f64; 2] {
-        self.shape.map_or(reading, |shape| shape.corrected(&Vector2::from(reading)).0.into())
+        match &self.shape {
+            None => reading,
+            Some(shape) => shape.corrected(&Vector2::from(reading)).0.into(),
+        }
     }
 
     /// Place of a point of the camera frame; a part outside the sheet stays.
@@ -140,19 +143,12 @@ impl Lift {
     }
 }
 
-/// One point of a frame that is read out over a time.
-fn placed_at(
-    sweep: &Sweep,
-    after_s: f64,
-    point: Option<Vector3<f64>>,
-    base: &mut [f64; 3],
-    sigma_m: &mut f64,
-) -> Option<()> {
-    let Some((point, knot)) = point.zip(sweep.at(after_s)) else {
-        answer([f64::NAN; 3], f64::NAN, base, sigma_m);
-        return None;
+/// One point, with the camera at its exposure.
+fn placed_at(knot: Option<&Knot>, point: Option<Vector3<f64>>, into: (&mut [f64; 3], &mut f64)) -> bool {
+    let Some((point, knot)) = point.zip(knot) else {
+        return answer([f64::NAN; 3], f64::NAN, into);
     };
     let point = point.push(1.0);
     let variance = point.dot(&(knot.form * point));
-    answer((knot.base_by_point * point).into(), variance, base, sigma_m).then_some(())
+    answer((knot.base_by_point * point).into(), variance, into)
 }

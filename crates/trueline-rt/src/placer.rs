@@ -209,7 +209,7 @@ impl Placer {
         let exposure_s = seconds(frame.stamp_ns, self.stream.origin_ns) - self.time_offset_s;
         let readout = self.settings.readout;
         let sweep = match readout {
-            Readout::AtOnce => Sweep::still(self.knot(exposure_s, frame)?),
+            Readout::AtOnce => Sweep::Still(self.knot(exposure_s, frame)?),
             _ => Sweep::over(readout, &points, |after_s| self.knot(exposure_s + after_s, frame))?,
         };
         let placed = self.lift.place(points, &sweep, readout, base_points, sigma_m);

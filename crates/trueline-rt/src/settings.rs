@@ -24,6 +24,20 @@ pub enum Readout {
     ByColumn(f64),
 }
 
+impl Readout {
+    /// When a point is exposed after the first one, s: by its index, and if it is a pixel by its place (u, v).
+    #[must_use]
+    #[inline]
+    pub fn after_s(self, index: usize, pixel: [f64; 2]) -> f64 {
+        match self {
+            Self::AtOnce => 0.0,
+            Self::ByIndex(step_s) => step_s * index as f64,
+            Self::ByRow(step_s) => step_s * pixel[1],
+            Self::ByColumn(step_s) => step_s * pixel[0],
+        }
+    }
+}
+
 /// How a placer works; the defaults suit a robot that reports its pose every 1 to 12 ms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {

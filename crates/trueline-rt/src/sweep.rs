@@ -79,9 +79,19 @@ impl Knot {
     }
 }
 
+/// The camera over the exposure of a frame.
+#[expect(clippy::large_enum_variant, reason = "one a frame, on the stack")]
+#[derive(Debug)]
+pub(crate) enum Sweep {
+    /// All points are exposed at once.
+    Still(Knot),
+    /// One after the other.
+    Moving(Knots),
+}
+
 /// Knots at even steps from the first exposure to the last.
 #[derive(Debug)]
-pub(crate) struct Sweep {
+pub(crate) struct Knots {
     knots: [Knot; MOST],
     count: usize,
     from_s: f64,
@@ -89,13 +99,6 @@ pub(crate) struct Sweep {
 }
 
 impl Sweep {
-    /// All at once.
-    pub(crate) fn still(knot: Knot) -> Self {
-        let mut knots = [NO_KNOT; MOST];
-        knots[0] = knot;
-        Self { knots, count: 1, from_s: 0.0, step_s: 1.0 }
-    }
-
     /// Over the readout of some points; `at` places the camera at a time after the first exposure, s.
     pub(crate) fn over(
         readout: Readout,
@@ -104,12 +107,11 @@ impl Sweep {
     ) -> Result<Self, PlaceError> {
         let [from_s, to_s] = span_s(readout, points);
         if from_s >= to_s {
-            let from_s = if from_s.is_finite() { from_s } else { 0.0 };
-            return Ok(Self { from_s, ..Self::still(at(from_s)?) });
+            return Ok(Self::Still(at(if from_s.is_finite() { from_s } else { 0.0 })?));
         }
         let steps = (((to_s - from_s) / STEP_S).ceil() as usize).clamp(1, MOST - 1);
         let step_s = (to_s - from_s) / steps as f64;
-        let mut sweep = Self { knots: [NO_KNOT; MOST], count: steps + 1, from_s, step_s };
+        let mut sweep = Knots { knots: [NO_KNOT; MOST], count: steps + 1, from_s, step_s };
         let mut refused = None;
         for (k, knot) in sweep.knots.iter_mut().take(steps + 1).enumerate() {
             match at(from_s + step_s * k as f64) {
@@ -119,20 +121,24 @@ impl Sweep {
         }
         match refused {
             Some(error) if !sweep.knots.iter().any(Knot::is_there) => Err(error),
-            _ => Ok(sweep),
+            _ => Ok(Self::Moving(sweep)),
         }
     }
 
-    /// The only knot, if all is at once.
-    pub(crate) fn only(&self) -> Option<&Knot> {
-        (self.count == 1).then_some(&self.knots[0])
+    /// The least age of all knots, s.
+    pub(crate) fn age_s(&self) -> f64 {
+        match self {
+            Self::Still(knot) => knot.age_s,
+            Self::Moving(sweep) => {
+                sweep.knots[..sweep.count].iter().map(|knot| knot.age_s).fold(f64::INFINITY, f64::min)
+            }
+        }
     }
+}
 
+impl Knots {
     /// Pose of the camera at a time after the first exposure, s; `None` if no pose is known.
     pub(crate) fn at(&self, after_s: f64) -> Option<Knot> {
-        if self.count == 1 {
-            return self.only().copied();
-        }
         let place = (after_s - self.from_s) / self.step_s;
         // The last exposure may come out a little beyond the last knot.
         if !(place >= -ROUNDING && place <= (self.count - 1) as f64 + ROUNDING) {
@@ -141,21 +147,6 @@ impl Sweep {
         let index = (place as usize).min(self.count.saturating_sub(2));
         let (from, to) = (&self.knots[index], self.knots.get(index + 1)?);
         (from.is_there() && to.is_there()).then(|| from.toward(to, place - index as f64))
-    }
-
-    /// The least age of all knots, s.
-    pub(crate) fn age_s(&self) -> f64 {
-        self.knots[..self.count].iter().map(|knot| knot.age_s).fold(f64::INFINITY, f64::min)
-    }
-}
-
-/// When a point is exposed after the first one, s.
-pub(crate) fn after_s(readout: Readout, index: usize, pixel: [f64; 2]) -> f64 {
-    match readout {
-        Readout::AtOnce => 0.0,
-        Readout::ByIndex(step_s) => step_s * index as f64,
-        Readout::ByRow(step_s) => step_s * pixel[1],
-        Readout::ByColumn(step_s) => step_s * pixel[0],
     }
 }
 
@@ -169,10 +160,10 @@ fn span_s(readout: Readout, points: &Points<'_>) -> [f64; 2] {
     };
     match (readout, points) {
         (Readout::ByRow(_) | Readout::ByColumn(_), Points::Pixels(pixels)) => {
-            ends(&mut pixels.iter().map(|pixel| after_s(readout, 0, *pixel)))
+            ends(&mut pixels.iter().map(|pixel| readout.after_s(0, *pixel)))
         }
         (Readout::ByIndex(_), _) if count > 0 => {
-            ends(&mut [0, count - 1].into_iter().map(|k| after_s(readout, k, [0.0; 2])))
+            ends(&mut [0, count - 1].into_iter().map(|k| readout.after_s(k, [0.0; 2])))
         }
         _ => [0.0, 0.0],
     }

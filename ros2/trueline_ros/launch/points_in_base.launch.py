@@ -13,6 +13,7 @@ ARGUMENTS = [
     ("urdf", "", "The robot's URDF, for joint states"),
     ("profiles", "/profiler/points", "Topic of the profiles"),
     ("profiles_type", "sensor_msgs/msg/PointCloud2", "Message type of the profiles"),
+    ("joint", "auto", "Joint type of the seam in the profiles"),
     ("frames", "base_link:tool0", "Frames of the robot's base and of the tool, BASE:TOOL"),
     ("sensor_frame", "laser", "Frame of the sensor"),
     ("name", "trueline", "Name of the node"),

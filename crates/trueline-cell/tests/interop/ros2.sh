@@ -90,9 +90,12 @@ XML
 "$TRUELINE" simulate --quiet --preset profiler --seed 4 --time-offset-ms 20 --out profiler > simulate.txt 2>&1
 # The sensor as its file states it: the cell computes with this.
 "$TRUELINE" calibrate profiler --sensor fixed --quiet --json result.json > calibrate.txt 2>&1
+# Its verdict is that of the last weld.
+"$TRUELINE" simulate --quiet --production 3 --out welds > production.txt 2>&1
+"$TRUELINE" watch --state watch.sqlite --calibration result.json --quiet welds/weld-* > watch.txt 2>&1 || true
 node() { # node KIND OPTIONS...: a cell whose robot publishes poses or joints
     local kind=$1; shift
-    "$TRUELINE" ros2-node --calibration result.json --sensor profiler/sensor.toml --profiles /profiler/points --for-s 60 "$@" > "node-$kind.txt" 2>&1 & node=$!
+    "$TRUELINE" ros2-node --calibration result.json --sensor profiler/sensor.toml --profiles /profiler/points --state watch.sqlite --for-s 60 "$@" > "node-$kind.txt" 2>&1 & node=$!
     code=0; text=$("$VENV/bin/python" "$here/ros2_cell.py" result.json "$kind" 2>&1) || code=$?
     kill -INT "$node" 2>/dev/null || true
     wait "$node" || code=$?

@@ -1,5 +1,7 @@
 //! `trueline ros2-node`.
 
+use crate::args::choice::one_of;
+use crate::args::features::{JOINTS, JointChoice};
 use crate::args::number;
 use crate::args::protocol::frames;
 use clap::Args;
@@ -15,8 +17,8 @@ use std::time::Duration;
   trueline ros2-node --calibration result.json --sensor sensor.toml --poses /tcp_pose --profiles /profiler/scan \\
       --profiles-type sensor_msgs/msg/LaserScan
 
-Published: NAME/points (sensor_msgs/PointCloud2 in base with x, y, z and sigma, stamped with the true exposure), \
-NAME/profile (the same profiles in the sensor's frame, stamped with the true exposure), /tf_static (tool to sensor), /diagnostics. A profile waits for the pose of its exposure. One that cannot be placed is left out, and /diagnostics says why.
+Published: NAME/points (sensor_msgs/PointCloud2 in base with x, y, z, t and sigma, stamped with the true exposure), \
+NAME/profile (the same profiles in the sensor's frame, stamped with the true exposure), NAME/seam (visualization_msgs/Marker: seam points with their ±, by the second), /tf_static (tool to sensor), /diagnostics (delays of both streams, and the verdict of `trueline watch` with --state). A profile waits for the pose of its exposure. One that cannot be placed is left out, and /diagnostics says why.
 
 All stamps are those in the headers: the calibration must be of a bag of the same topics. A calibration file that changes is read again.
 
@@ -52,6 +54,12 @@ pub(crate) struct Ros2NodeArgs {
     /// Name of the frame of the sensor
     #[arg(long, value_name = "NAME", default_value = "laser")]
     pub(crate) sensor_frame: String,
+    /// Joint type of the seam in the profiles
+    #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
+    pub(crate) joint: JointChoice,
+    /// State of `trueline watch`: its verdict goes to /diagnostics
+    #[arg(long, value_name = "FILE")]
+    pub(crate) state: Option<PathBuf>,
     /// Name of the node
     #[arg(long, value_name = "NAME", default_value = "trueline")]
     pub(crate) name: String,

@@ -26,7 +26,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     };
     refuse_others(args)?;
     let read = opening::measurements(dataset, args.quiet)?;
-    let recording = &read.recording;
+    let (recording, profiles) = (&read.recording, opening::all_profiles(&read)?);
     refuse_axes(dataset, recording)?;
     let (guess, guess_input) = calibrate_board::guess(args, dataset)?;
     let options = SphereScanOptions {
@@ -40,7 +40,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         radius_m: args.radius_mm.map(|mm| mm * 1e-3),
         sensor: args.sensor,
     };
-    let calibrate = || sphere_scan::calibrate(dataset, recording, &read.profiles, &options);
+    let calibrate = || sphere_scan::calibrate(dataset, recording, &profiles, &options);
     let scan = progress::during("calibrating", args.quiet, calibrate)?;
     let (mut reasons, warnings) = pose_verdict::of_poses(&scan.sphere.pose, &scan.covariance);
     if scan.stops == Some(Stops::Recognised) {

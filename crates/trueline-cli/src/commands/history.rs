@@ -44,6 +44,17 @@ pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// The state of the calibration in use, and its words.
+#[cfg(feature = "ros2")]
+pub(crate) fn verdict(file: &std::path::Path) -> Result<(State, String), Failure> {
+    let store = Store::open_to_read(file)?;
+    let Some(id) = store.in_use()? else { return Ok((State::Good, "no weld was watched".to_owned())) };
+    let history = store.history(id, 1)?;
+    let repaired = store.reported_repair(id)?;
+    let last = history.last().filter(|_| repaired.is_none());
+    Ok((last.map_or(State::Good, HistoryRow::state), state(&store, &history, repaired)?))
+}
+
 /// The state after the last weld, with its size and the remedy.
 fn state(store: &Store, history: &[HistoryRow], repaired: Option<i64>) -> Result<String, Failure> {
     if let Some(before) = repaired {

@@ -7,10 +7,15 @@ use std::fmt::Write;
 pub(crate) const STYLE_PATH: &str = "/live.css";
 /// Path of the script.
 pub(crate) const SCRIPT_PATH: &str = "/live.js";
+/// Path of the picture that browsers show beside the title.
+pub(crate) const ICON_PATH: &str = "/live.svg";
 /// The style sheet.
 pub const STYLE: &str = include_str!("../../assets/live.css");
 /// The script: it replaces the changed parts. Without it the page is whole, and stands.
 pub const SCRIPT: &str = include_str!("../../assets/live.js");
+
+/// The picture beside the title: a laser's stripe over the corner of two plates.
+const ICON: &str = include_str!("../../assets/live.svg");
 
 /// Text for a reader of HTML, also inside an attribute.
 #[must_use]
@@ -29,11 +34,12 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// The reply to a path of the style sheet or the script.
+/// The reply to a path of the style sheet, the script or the icon.
 pub(crate) fn asset(path: &str) -> Option<Reply> {
     match path {
         STYLE_PATH => Some(Reply::text(Media::Css, STYLE)),
         SCRIPT_PATH => Some(Reply::text(Media::Script, SCRIPT)),
+        ICON_PATH => Some(Reply::text(Media::Svg, ICON)),
         _ => None,
     }
 }
@@ -44,14 +50,14 @@ pub fn page(title: &str, every_ms: u32, blocks: &str) -> String {
     page_under("", title, every_ms, blocks)
 }
 
-/// The same under a prefix, which style sheet and script have as well.
+/// The same under a prefix, which style sheet, script and icon have as well.
 #[must_use]
 pub fn page_under(prefix: &str, title: &str, every_ms: u32, blocks: &str) -> String {
     let (prefix, title, version) = (escape(prefix), escape(title), env!("CARGO_PKG_VERSION"));
     format!(
         "<!doctype html>\n<html lang=\"en\" data-every=\"{every_ms}\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\
-        <link rel=\"stylesheet\" href=\"{prefix}{STYLE_PATH}\"><script src=\"{prefix}{SCRIPT_PATH}\" defer></script></head>\
+        <link rel=\"icon\" href=\"{prefix}{ICON_PATH}\"><link rel=\"stylesheet\" href=\"{prefix}{STYLE_PATH}\"><script src=\"{prefix}{SCRIPT_PATH}\" defer></script></head>\
          <body><p class=\"silence\" role=\"alert\">No connection: this page is outdated.</p>\
          <header><h1>{title}</h1></header><main>{blocks}</main>\
          <footer>trueline {version} · read-only</footer></body></html>\n"

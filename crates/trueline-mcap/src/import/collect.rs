@@ -26,6 +26,7 @@ pub(super) struct Collector<'a> {
     is_own: bool,
     clock: StampClock,
     allow_jpeg: bool,
+    keeps_profiles: bool,
     numbers: HashMap<String, u64>,
     base: Option<String>,
     pub robot: Vec<RobotSample>,
@@ -50,7 +51,7 @@ pub(super) struct Collector<'a> {
 }
 
 impl<'a> Collector<'a> {
-    pub(super) fn new(chosen: &'a Chosen, is_own: bool, choice: &'a Choice) -> Self {
+    pub(super) fn new(chosen: &'a Chosen, is_own: bool, choice: &'a Choice, keeps_profiles: bool) -> Self {
         let (steps, base) = match &chosen.robot {
             RobotSource::Chain(chain) => (chain.steps.len(), None),
             RobotSource::Poses { base, .. } => (0, base.clone()),
@@ -61,6 +62,7 @@ impl<'a> Collector<'a> {
             is_own,
             clock: choice.clock,
             allow_jpeg: choice.allow_jpeg,
+            keeps_profiles,
             numbers: HashMap::new(),
             base,
             robot: Vec::new(),
@@ -99,7 +101,7 @@ impl<'a> Collector<'a> {
                 }
             },
             Kind::Picture => self.chosen.pictures.as_deref() == Some(message.topic),
-            Kind::Profile => self.chosen.profiles.as_deref() == Some(message.topic),
+            Kind::Profile => self.keeps_profiles && self.chosen.profiles.as_deref() == Some(message.topic),
             Kind::Features | Kind::Frame | Kind::Inputs => true,
             Kind::RobotClocks => self.clock == StampClock::Ptp || self.axes.are_asked(),
             Kind::RobotPacket => self.axes.are_asked(),
@@ -116,28 +118,7 @@ impl<'a> Collector<'a> {
     fn add_message(&mut self, message: &BagMessage<'_>) -> Result<(), ImportError> {
         let number = self.numbers.entry(message.topic.to_owned()).or_default();
         *number += 1;
-        let allowed = |content: Content| match &content {
-            Content::Picture(picture) if picture.origin == PictureOrigin::Jpeg && !self.allow_jpeg => {
-                Err(ContentError::Jpeg)
-            }
-            _ => Ok(content),
-        };
-        // For a recording of trueline the times of the log are used.
-        let is_own = self.is_own;
-        let stamped = |content: Content| {
-            let times = [message.log_time, message.publish_time];
-            times.into_iter().filter(|_| is_own).try_for_each(|time| stamp::of_log(time).map(drop))?;
-            Ok(content)
-        };
-        let decoded =
-            decode(message.schema, message.encoding, message.bytes).and_then(allowed).and_then(stamped);
-        let content = decoded.map_err(|problem| ImportError::Message {
-            topic: message.topic.to_owned(),
-            number: *number,
-            log_time: message.log_time,
-            problem,
-        })?;
-        match content {
+        match decoded(message, *number, self.is_own, self.allow_jpeg)? {
             Content::Pose(pose) => self.add_pose(message.topic, pose)?,
             Content::Transforms(transforms) => {
                 for transform in transforms {
@@ -145,7 +126,7 @@ impl<'a> Collector<'a> {
                 }
             }
             Content::Picture(picture) => self.add_picture(message, &picture),
-            Content::Profile(profile) => self.add_profile(message, profile),
+            Content::Profile(profile) => self.profiles.push(stamped(message, self.is_own, profile)),
             Content::Frame(frame) => self.frames.push(frame),
             Content::Inputs(inputs) => self.inputs.push(inputs),
             Content::Features(features) => self.features.extend(features),
@@ -221,14 +202,6 @@ impl<'a> Collector<'a> {
         }
     }
 
-    fn add_profile(&mut self, message: &BagMessage<'_>, mut profile: StampedProfile) {
-        if self.is_own {
-            profile.stamp_ns = message.log_time as i64;
-            profile.frame = Some(u64::from(message.sequence));
-        }
-        self.profiles.push(profile);
-    }
-
     /// Keeps where the picture is: its pixels are read again when they are needed.
     fn add_picture(&mut self, message: &BagMessage<'_>, picture: &StampedPicture) {
         let stamp_ns = if self.is_own { message.log_time as i64 } else { picture.stamp_ns };
@@ -242,4 +215,41 @@ impl<'a> Collector<'a> {
         });
         self.pictures.push(StoredPicture { stamp_ns, sequence, place, message_type });
     }
+}
+
+/// Content of a message, by its number in its topic.
+pub(super) fn decoded(
+    message: &BagMessage<'_>,
+    number: u64,
+    is_own: bool,
+    allow_jpeg: bool,
+) -> Result<Content, ImportError> {
+    let allowed = |content: Content| match &content {
+        Content::Picture(picture) if picture.origin == PictureOrigin::Jpeg && !allow_jpeg => {
+            Err(ContentError::Jpeg)
+        }
+        _ => Ok(content),
+    };
+    // For a recording of trueline the times of the log are used.
+    let stamped = |content: Content| {
+        let times = [message.log_time, message.publish_time];
+        times.into_iter().filter(|_| is_own).try_for_each(|time| stamp::of_log(time).map(drop))?;
+        Ok(content)
+    };
+    let decoded = decode(message.schema, message.encoding, message.bytes).and_then(allowed).and_then(stamped);
+    decoded.map_err(|problem| ImportError::Message {
+        topic: message.topic.to_owned(),
+        number,
+        log_time: message.log_time,
+        problem,
+    })
+}
+
+/// A profile with its stamp and its number.
+pub(super) fn stamped(message: &BagMessage<'_>, is_own: bool, mut profile: StampedProfile) -> StampedProfile {
+    if is_own {
+        profile.stamp_ns = message.log_time as i64;
+        profile.frame = Some(u64::from(message.sequence));
+    }
+    profile
 }

@@ -9,6 +9,7 @@ pub(crate) mod dataset_folder;
 mod frame_stamps;
 mod in_order;
 pub(crate) mod recorded_pictures;
+pub(crate) mod recorded_profiles;
 mod stored_picture;
 pub(crate) mod to_recording;
 mod transform_chain;

@@ -12,6 +12,7 @@ use crate::import::common_clock;
 use crate::import::frame_stamps::recorded_frames;
 use crate::import::in_order::{late_note, not_stamped, repetitions, sort};
 use crate::import::recorded_pictures::RecordedPictures;
+use crate::import::recorded_profiles::{self, RecordedProfiles};
 use crate::import::stored_picture::RecordedFrame;
 use crate::import::transform_chain::compose;
 use crate::import_error::ImportError;
@@ -24,8 +25,8 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 use trueline_dataset::{
-    Feature, Measured, Profile, ProfilePoint, Recording, RobotSample, Sensor, SensorFile, folder, no_return,
-    sensor_toml, written_form,
+    Feature, Measured, Profile, Recording, RobotSample, Sensor, SensorFile, folder, no_return, sensor_toml,
+    written_form,
 };
 
 /// A recording read from any form.
@@ -57,27 +58,50 @@ pub struct Imported {
 /// A recording that cannot be opened, in which more than one thing could be meant, or in which a message that is needed
 /// cannot be used.
 pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
+    Ok(imported(path, choice, true)?.0)
+}
+
+/// The same without whole profiles, which stay in the recording until they are needed; `None` if there are none.
+///
+/// # Errors
+/// As [`import`].
+pub fn import_without_profiles(
+    path: &Path,
+    choice: &Choice,
+) -> Result<(Imported, Option<RecordedProfiles>), ImportError> {
+    imported(path, choice, false)
+}
+
+fn imported(
+    path: &Path,
+    choice: &Choice,
+    keeps_profiles: bool,
+) -> Result<(Imported, Option<RecordedProfiles>), ImportError> {
     let bag = Bag::open(path)?;
     let survey = survey::of(&bag)?;
     let chosen = Chosen::of(&survey, choice)?;
     let mut notes = Vec::new();
     let (sensor, sensor_toml) = sensor(path, &survey, choice, chosen.profiles.is_some(), &mut notes)?;
-    let mut collected = Collector::new(&chosen, survey.is_own, choice);
+    let mut collected = Collector::new(&chosen, survey.is_own, choice, keeps_profiles);
     let damages = bag.read(&mut |item| collected.add(item))?;
 
+    let left = chosen.profiles.clone().filter(|_| !keeps_profiles);
     let exposure_s = exposure_s(&collected);
     let mut frames = frames(&mut collected, &chosen, survey.is_own, &mut notes)?;
     let mut features = features(&mut collected, &sensor.sensor, &mut notes)?;
     let mut robot = robot(&mut collected, &chosen, &mut notes)?;
     if choice.clock == StampClock::Ptp {
-        common_clock::refuse_profiles(collected.profiles.len())?;
+        common_clock::refuse_profiles(collected.profiles.len() + usize::from(left.is_some()))?;
         common_clock::stamp(&mut robot, &mut frames, &mut features, &collected.ptp_ns)?;
         collected.axes.stamp(&collected.ptp_ns)?;
         notes.push("stamps are IEEE 1588 times of controller and camera".to_owned());
     }
     notes.extend(collected.origins.iter().filter_map(|(origin, count)| origin_note(*origin, *count)));
     let profiles = profiles(&mut collected, &chosen, (&sensor.sensor, choice), &mut notes)?;
-    if frames.is_empty() && features.is_empty() && profiles.is_empty() {
+    if left.is_some() && sensor.sensor != Sensor::Profiler {
+        return Err(ImportError::OtherSensor { sensor: sensor.sensor.kind() });
+    }
+    if frames.is_empty() && features.is_empty() && profiles.is_empty() && left.is_none() {
         notes.push("the recording has neither pictures nor profiles nor seam points".to_owned());
     }
     let SensorFile { sensor, setup } = sensor;
@@ -88,9 +112,18 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
     let stamp_meaning = survey.about.get("stamp_meaning").filter(|words| !words.is_empty()).cloned();
     let types = std::mem::take(&mut collected.picture_types);
     let inputs = std::mem::take(&mut collected.inputs);
-    let topic = chosen.pictures.unwrap_or_default();
-    let pictures = (!frames.is_empty()).then(|| RecordedPictures::new(bag, topic, types, frames));
-    Ok(Imported {
+    let (pictures, left) = match left {
+        Some(topic) => (
+            None,
+            Some(RecordedProfiles { bag, topic, is_own: survey.is_own, no_return_m: choice.no_return_m }),
+        ),
+        None if frames.is_empty() => (None, None),
+        None => {
+            let topic = chosen.pictures.unwrap_or_default();
+            (Some(RecordedPictures::new(bag, topic, types, frames)), None)
+        }
+    };
+    let imported = Imported {
         recording,
         sensor_toml,
         pictures,
@@ -100,7 +133,8 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
         stamp_meaning,
         notes,
         damages,
-    })
+    };
+    Ok((imported, left))
 }
 
 fn exposure_s(collected: &Collector<'_>) -> Option<f64> {
@@ -278,19 +312,10 @@ fn profiles(
     }
     notes.extend(sort(&mut profiles, |profile| profile.stamp_ns, "profiles"));
     let no_return: usize = profiles.iter().map(|profile| profile.no_return).sum();
-    if no_return > 0 {
-        let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
-        notes.push(format!(
-            "{no_return} of {} columns of the profiles have no return and were left out",
-            no_return + points
-        ));
-    }
-    let point = |[x_m, z_m]: [f64; 2]| ProfilePoint { x_m, z_m, intensity: None };
-    let numbered = profiles.into_iter().zip(0..).map(|(profile, frame)| Profile {
-        stamp_ns: profile.stamp_ns,
-        frame: Some(profile.frame.unwrap_or(frame)),
-        points: profile.points.into_iter().map(point).collect(),
-    });
+    let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
+    notes.extend(recorded_profiles::no_return_note(no_return, points));
+    let numbered = profiles.into_iter().zip(0..);
+    let numbered = numbered.map(|(profile, frame)| recorded_profiles::of_message(profile, frame));
     let mut profiles: Vec<Profile> = numbered.collect();
     if let Some(range_m) = choice.no_return_m {
         let taken = no_return::take_out(&mut profiles, range_m);

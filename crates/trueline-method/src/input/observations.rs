@@ -331,11 +331,28 @@ pub fn point_in_camera(
     shape: Option<&SheetShape>,
     measured: Measured,
 ) -> Result<Vector3<f64>, Skip> {
-    let sheet = match sensor {
+    point_by_sheet(sensor, &sheet_of_sensor(sensor), shape, measured)
+}
+
+/// The sheet that a sensor measures in.
+pub(crate) fn sheet_of_sensor(sensor: &Sensor) -> LaserSheet {
+    match sensor {
         Sensor::CameraLaser { laser_plane_in_camera: plane, .. }
         | Sensor::Points { laser_plane_in_camera: Some(plane) } => LaserSheet::from_plane(*plane),
         Sensor::Profiler | Sensor::Points { laser_plane_in_camera: None } => LaserSheet::of_profiler(),
-    };
+    }
+}
+
+/// The same as [`point_in_camera`] for many readings of a sensor with this sheet.
+///
+/// # Errors
+/// As [`point_in_camera`].
+pub(crate) fn point_by_sheet(
+    sensor: &Sensor,
+    sheet: &LaserSheet,
+    shape: Option<&SheetShape>,
+    measured: Measured,
+) -> Result<Vector3<f64>, Skip> {
     let point = match (measured, sensor) {
         (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
             let (ray, _) = camera.ray(&Vector2::from(pixel)).map_err(|_| Skip::NoRay)?;
@@ -345,7 +362,7 @@ pub fn point_in_camera(
         (Measured::Point(point), Sensor::Points { .. }) => Vector3::from(point),
         _ => return Err(Skip::NoRay),
     };
-    Ok(shape.map_or(point, |shape| corrected(&sheet, shape, (point, Matrix2::zeros())).0))
+    Ok(shape.map_or(point, |shape| corrected(sheet, shape, (point, Matrix2::zeros())).0))
 }
 
 /// The triangular root of a feature's covariance in the sheet over its noise in pixels.

@@ -2,7 +2,7 @@
 
 use super::shown::{PICTURE_PATH, Shown};
 use super::{page, picture};
-use crate::serve::html::{self, SCRIPT_PATH, STYLE_PATH};
+use crate::serve::html::{self, ICON_PATH, SCRIPT_PATH, STYLE_PATH};
 use crate::serve::http::{Media, Reply, Site};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -49,7 +49,7 @@ impl CellSite {
 
 impl Site for CellSite {
     fn paths(&self) -> &'static [&'static str] {
-        &["/", PICTURE_PATH, STYLE_PATH, SCRIPT_PATH]
+        &["/", PICTURE_PATH, STYLE_PATH, SCRIPT_PATH, ICON_PATH]
     }
 
     fn reply(&self, path: &str) -> Result<Reply, String> {

@@ -2,7 +2,7 @@
 
 use super::contents::Contents;
 use super::{first_scan, history, recordings};
-use crate::serve::html::{self, SCRIPT_PATH, STYLE_PATH, block};
+use crate::serve::html::{self, ICON_PATH, SCRIPT_PATH, STYLE_PATH, block};
 use crate::serve::http::{Media, Reply, Site};
 use crate::serve::watch::WatchSite;
 use std::path::PathBuf;
@@ -66,7 +66,17 @@ impl FolderSite {
 
 impl Site for FolderSite {
     fn paths(&self) -> &'static [&'static str] {
-        &["/", "/first-scan/", "/recordings/", "/watch/", "/history/", "/metrics", STYLE_PATH, SCRIPT_PATH]
+        &[
+            "/",
+            "/first-scan/",
+            "/recordings/",
+            "/watch/",
+            "/history/",
+            "/metrics",
+            STYLE_PATH,
+            SCRIPT_PATH,
+            ICON_PATH,
+        ]
     }
 
     fn reply(&self, path: &str) -> Result<Reply, String> {

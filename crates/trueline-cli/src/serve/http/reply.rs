@@ -11,6 +11,8 @@ pub enum Media {
     Script,
     /// A picture.
     Png,
+    /// A drawing.
+    Svg,
     /// Numbers for Prometheus: the OpenMetrics text format.
     Metrics,
 }
@@ -24,6 +26,7 @@ impl Media {
             Self::Css => "text/css; charset=utf-8",
             Self::Script => "text/javascript; charset=utf-8",
             Self::Png => "image/png",
+            Self::Svg => "image/svg+xml",
             Self::Metrics => "application/openmetrics-text; version=1.0.0; charset=utf-8",
         }
     }

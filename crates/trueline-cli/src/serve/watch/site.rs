@@ -2,7 +2,7 @@
 
 use super::view::CellView;
 use super::{metrics, page};
-use crate::serve::html::{self, SCRIPT_PATH, STYLE_PATH};
+use crate::serve::html::{self, ICON_PATH, SCRIPT_PATH, STYLE_PATH};
 use crate::serve::http::{Media, Reply, Site};
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -40,7 +40,7 @@ impl WatchSite {
 
 impl Site for WatchSite {
     fn paths(&self) -> &'static [&'static str] {
-        &["/", "/metrics", STYLE_PATH, SCRIPT_PATH]
+        &["/", "/metrics", STYLE_PATH, SCRIPT_PATH, ICON_PATH]
     }
 
     fn reply(&self, path: &str) -> Result<Reply, String> {

@@ -1,7 +1,7 @@
 //! Binary PLY, little endian.
 
 use super::point::{CloudColumns, CloudPoint, CloudSink};
-use super::rows::{Layout, padded};
+use super::rows::{Layout, Row, padded};
 use std::fs::File;
 use std::io;
 
@@ -32,16 +32,8 @@ fn header(count: u64, columns: CloudColumns) -> String {
     text
 }
 
-fn row(bytes: &mut Vec<u8>, point: &CloudPoint, columns: CloudColumns) {
-    point.in_base_m.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-    bytes.extend((point.exposed_ns as f64 / NS_PER_S).to_le_bytes());
-    if columns.intensity {
-        bytes.extend((point.intensity.unwrap_or(f64::NAN) as f32).to_le_bytes());
-    }
-    if columns.sigma {
-        bytes.extend((point.sigma_m.unwrap_or(f64::NAN) as f32).to_le_bytes());
-    }
-    if columns.frame {
-        bytes.extend((point.frame as u32).to_le_bytes());
-    }
+fn row(row: &mut Row, point: &CloudPoint, columns: CloudColumns) {
+    point.in_base_m.iter().for_each(|number| row.put(number.to_le_bytes()));
+    row.put((point.exposed_ns as f64 / NS_PER_S).to_le_bytes());
+    row.put_optional(point, columns);
 }
