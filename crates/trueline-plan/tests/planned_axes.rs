@@ -150,7 +150,7 @@ fn an_axis_keeps_its_limits() {
     for limits in [
         "range_deg = [-40, 10]\nspeed_deg_s = 6\nacceleration_deg_s2 = 5",
         "range_deg = [-40, 10]\nspeed_deg_s = 6\nmotion = \"run\"",
-        "stand_deg = [-40, 10, -15]\nspeed_deg_s = 12\nacceleration_deg_s2 = 5",
+        "stand_deg = [-20, 10, -5]\nspeed_deg_s = 12\nacceleration_deg_s2 = 5",
     ] {
         let cell = cell(TABLE, limits);
         let plan = planned(&cell).unwrap();
