@@ -5,7 +5,7 @@ use nalgebra::{UnitVector3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, UnitBall};
-use trueline_dataset::{AxisLimits, AxisRecord, Problem};
+use trueline_dataset::{AxisLimits, AxisRecord, Carries, Problem};
 use trueline_geometry::{Axis, AxisKind, so3};
 
 /// An external axis that moves in a planned scan.
@@ -26,13 +26,14 @@ const SIGMAS: f64 = 2.0;
 
 impl CellAxis {
     /// An axis of a cell's file. Where no uncertainty is stated, its direction is as rough as the hand-eye's rotation, and its
-    /// point as rough as the seam.
+    /// point as rough as the seam. Its point is the one nearest to its load, as in a calibration: the seam in base, or the camera in the tool.
     ///
     /// # Errors
     /// An axis without a rough place, and one that the controller's poses contain.
     pub(crate) fn of(
         (record, limits): (AxisRecord, AxisLimits),
         rough: &GuessError,
+        [seam_m, camera_m]: [Vector3<f64>; 2],
     ) -> Result<Self, Problem> {
         let wrong = |key, expected, found: &str| Problem::Value { key, expected, found: found.to_owned() };
         if record.in_pose {
@@ -48,7 +49,11 @@ impl CellAxis {
             let expected = "a point of the axis, roughly: the robot follows the part about it";
             return Err(wrong("axis.point_mm", expected, "none"));
         }
-        let point_m = guess.point_m.unwrap_or_else(Vector3::zeros);
+        let load_m = if record.carries == Carries::Sensor { camera_m } else { seam_m };
+        let nearest = |point_m: Vector3<f64>| {
+            point_m + guess.direction.as_ref() * guess.direction.dot(&(load_m - point_m))
+        };
+        let point_m = guess.point_m.map_or_else(Vector3::zeros, nearest);
         let axis = Axis::new(record.kind, guess.direction, point_m);
         let largest = |stated: Option<f64>, usual: f64| stated.map_or(usual, |sigma| SIGMAS * sigma);
         let [direction, point] = guess.sigma;

@@ -72,7 +72,10 @@ pub(crate) fn card(source: &Source<'_>) -> Option<Card> {
 #[must_use]
 pub(crate) fn motions(source: &Source<'_>) -> Vec<(String, String)> {
     let courses = source.cell.axes.iter().zip(&source.plan.motion.design().axes);
-    let mut facts: Vec<(String, String)> = courses.map(|(axis, course)| motion(axis, course)).collect();
+    let design = source.plan.motion.design();
+    let moving_s = design.duration_s - design.ramp_s;
+    let mut facts: Vec<(String, String)> =
+        courses.map(|(axis, course)| motion(axis, course, moving_s)).collect();
     if !facts.is_empty() {
         let said =
             "axes.csv has the value of each at every time of path.csv: robot and axes must move in step";
@@ -88,7 +91,8 @@ fn unit(axis: &CellAxis) -> (&'static str, f64) {
     }
 }
 
-fn motion(axis: &CellAxis, course: &AxisCourse) -> (String, String) {
+/// The motion in words; the scan moves for so long, s.
+fn motion(axis: &CellAxis, course: &AxisCourse, moving_s: f64) -> (String, String) {
     let (unit, factor) = unit(axis);
     let space = if unit == "°" { "" } else { " " };
     let name = format!("axis {}", axis.record.name);
@@ -97,8 +101,13 @@ fn motion(axis: &CellAxis, course: &AxisCourse) -> (String, String) {
         AxisCourse::Swings(sweep) => swung((&name, *sweep, unit, factor)),
         AxisCourse::Runs([from, to]) => (name, format!("runs once from {} to {}", value(*from), value(*to))),
         AxisCourse::Stands { places, move_s } => {
+            let each_s = moving_s / places.len() as f64;
+            let takes = match places.len() {
+                1 => String::new(),
+                _ => format!(", {:.1} s from one to the next, every {each_s:.1} s", move_s.min(each_s)),
+            };
             let places: Vec<String> = places.iter().map(|place| value(*place)).collect();
-            (name, format!("stands at {}; {move_s:.1} s from one to the next", places.join(", ")))
+            (name, format!("stands at {}{takes}", places.join(", ")))
         }
     }
 }
@@ -107,6 +116,7 @@ fn motion(axis: &CellAxis, course: &AxisCourse) -> (String, String) {
 #[must_use]
 pub(crate) fn json(source: &Source<'_>) -> Value {
     let hidden = expected_axes::hidden(source.axes, &source.plan.prediction);
+    let design = source.plan.motion.design();
     let entry = |((axis, rough), course): ((&AxisFinding, &CellAxis), &AxisCourse)| {
         let sigma = |part: AxisPart, factor: f64| axis.sigma(part).map(|sigma| sigma * factor);
         let own = hidden.iter().filter_map(|warning| match warning {
@@ -119,7 +129,7 @@ pub(crate) fn json(source: &Source<'_>) -> Value {
             "name": axis.name,
             "kind": rough.record.kind.name(),
             "carries": rough.record.carries.name(),
-            "motion": motion(rough, course).1,
+            "motion": motion(rough, course, design.duration_s - design.ramp_s).1,
             "predicted_sigma": {
                 "direction_deg": sigma(AxisPart::Direction, 1.0_f64.to_degrees()),
                 "point_mm": sigma(AxisPart::Place, MM_PER_M),
@@ -128,6 +138,5 @@ pub(crate) fn json(source: &Source<'_>) -> Value {
             "hidden": own.collect::<Vec<_>>(),
         })
     };
-    let courses = &source.plan.motion.design().axes;
-    source.axes.iter().zip(&source.cell.axes).zip(courses).map(entry).collect()
+    source.axes.iter().zip(&source.cell.axes).zip(&design.axes).map(entry).collect()
 }

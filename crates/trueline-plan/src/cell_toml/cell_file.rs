@@ -167,7 +167,8 @@ pub fn parse(file: &Path, text: &str, sensor: Sensor) -> Result<Cell, Error> {
 pub fn parse_with_urdf(file: &Path, text: &str, sensor: Sensor, urdf: Option<&str>) -> Result<Cell, Error> {
     let wire = tables(file, text)?;
     let cell = cell_from(wire, sensor, urdf).map_err(|problem| Error::in_file(file, problem))?;
-    let axis = |planned| CellAxis::of(planned, &cell.guess_error);
+    let loads_m = [0.5 * (cell.seam.from_m + cell.seam.to_m), cell.tool_from_camera.translation.vector];
+    let axis = |planned| CellAxis::of(planned, &cell.guess_error, loads_m);
     let axes = axes_toml::planned(file, text)?.into_iter().map(axis).collect::<Result<_, _>>();
     Ok(Cell { axes: axes.map_err(|problem| Error::in_file(file, problem))?, ..cell })
 }
