@@ -12,6 +12,7 @@ mod methods;
 mod monte_carlo;
 mod real_cells;
 mod rendered_boards;
+mod round_cells;
 mod scaling;
 mod shop_cells;
 mod sightings;
@@ -33,7 +34,7 @@ struct Study {
     run: fn(&[String]) -> Result<(), String>,
 }
 
-const STUDIES: [Study; 17] = [
+const STUDIES: [Study; 18] = [
     Study {
         name: "axis_cells",
         arguments: "[CELLS A COURSE] [FIRST SEED] [--cells]",
@@ -81,6 +82,12 @@ const STUDIES: [Study; 17] = [
         arguments: "[SETS] [camera|plane]",
         about: "Camera and laser plane from rendered chessboards: are the ± honest?",
         run: rendered_boards::run,
+    },
+    Study {
+        name: "round_cells",
+        arguments: "[CELLS [CASE [FIRST SEED]]]",
+        about: "Calibration from a sphere or a cylinder: are the ± honest?",
+        run: round_cells::run,
     },
     Study {
         name: "scaling",

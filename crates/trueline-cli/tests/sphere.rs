@@ -1,4 +1,4 @@
-//! `calibrate --target sphere`, as its user runs it: simulated, real profiles at stops, what is refused.
+//! `calibrate --target sphere` and `--target cylinder`, as their user runs them: simulated, real profiles at stops, what is refused.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
@@ -155,4 +155,34 @@ fn real_profiles_of_a_sphere_at_stops_hold_out_as_their_uncertainty_says() {
     let [rms_mm, expected_mm] = ["rms_mm", "expected_rms_mm"].map(|key| held_out[key].as_f64().unwrap());
     // Three numbers a profile, less nine that are estimated: the RMS of 36 is known to 1/√72 of itself, and three of these are 0.35.
     assert!(rms_mm < 0.8 && rms_mm < (1.0 + 3.0 / 72f64.sqrt()) * expected_mm, "{held_out}");
+}
+
+#[test]
+fn a_simulated_cylinder_gives_its_truth_and_says_what_is_held() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let cast = ["simulate", "--target", "cylinder", "--stops", "--quiet", "--out", "pipe"];
+    code(&trueline(folder, &cast), 0);
+    let calibrate =
+        ["calibrate", "pipe", "--target", "cylinder", "--radius-mm", "20", "--robot-accuracy-mm", "0.12"];
+    let output = trueline(folder, &[&calibrate[..], &["--json", "result.json"]].concat());
+    code(&output, 0);
+    let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+    let truth: toml::Value =
+        toml::from_str(&fs::read_to_string(folder.join("pipe/truth.toml")).unwrap()).unwrap();
+    // Three numbers beyond four standard deviations: one run in 5,300.
+    let hand_eye = off(
+        &result["tool_from_camera"]["translation_mm"],
+        &result["sigma"]["translation_mm"],
+        &truth["tool_from_camera"]["translation_mm"],
+    );
+    assert!(hand_eye < 4.0, "{hand_eye} {result:#}");
+    let cylinder = &result["cylinder"];
+    assert_eq!(cylinder["held"], serde_json::json!(["turn about its axis", "place along its axis"]));
+    let length: f64 = three(&cylinder["direction"]).iter().map(|x| x * x).sum();
+    assert!((length - 1.0).abs() < 1e-9 && cylinder["sigma_point_mm"].as_f64().unwrap() > 0.0, "{cylinder}");
+    assert!(result["sphere"].is_null() && result["base_from_target"].is_null(), "{result:#}");
+    for expected in ["cylinder in base:", "axis direction", "a cylinder looks the same under both"] {
+        assert!(words(&output).contains(expected), "{expected}: {}", words(&output));
+    }
 }

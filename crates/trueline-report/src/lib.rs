@@ -58,6 +58,8 @@ pub mod reproduction_page;
 #[cfg(feature = "experiments")]
 pub mod reproduction_tables;
 pub mod result;
+#[cfg(feature = "sensor")]
+mod round_result;
 pub mod seam_error;
 #[cfg(feature = "sensor")]
 pub mod sensor_json;
@@ -66,8 +68,6 @@ pub mod sensor_page;
 #[cfg(feature = "sensor")]
 pub mod sensor_text;
 pub mod several_sensors;
-#[cfg(feature = "sensor")]
-mod sphere_result;
 mod stripes;
 pub mod summary;
 pub mod terminal_text;

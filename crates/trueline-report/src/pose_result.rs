@@ -2,8 +2,8 @@
 
 use crate::export::time_offset;
 use crate::number::{positive_w, with_sigma};
-use crate::sphere_result::Shared;
-pub use crate::sphere_result::SphereReport;
+pub use crate::round_result::RoundReport;
+use crate::round_result::Shared;
 use crate::summary::AT_STOPS;
 use nalgebra::{SMatrix, Vector3};
 use serde_json::{Value, json};
@@ -44,8 +44,8 @@ pub struct PoseReport<'a> {
     pub estimates_offset: bool,
     /// Whether the camera stands beside the robot, which carries the target.
     pub beside_robot: bool,
-    /// The sphere, if that is the target.
-    pub sphere: Option<SphereReport<'a>>,
+    /// The sphere or cylinder, if that is the target.
+    pub round: Option<RoundReport<'a>>,
     /// The options of the command.
     pub options: Options,
     /// SHA-256 of the inputs, by name.
@@ -97,8 +97,9 @@ pub fn of(report: &PoseReport<'_>) -> ResultFile {
         time_offset_s,
         time_offset_use: time_offset_s.filter(|_| is_accepted).map(time_offset_use),
         tool_from_camera: hand_eye(report),
-        base_from_target: report.sphere.is_none().then(|| target(report)),
-        sphere: report.sphere.as_ref().map(|of| of.entry(&of_sphere(report))),
+        base_from_target: report.round.is_none().then(|| target(report)),
+        cylinder: report.round.as_ref().and_then(|of| of.cylinder(&of_round(report))),
+        sphere: report.round.as_ref().and_then(|of| of.sphere(&of_round(report))),
         sigma: sigma(report, &report.covariance),
         sigma_noise: sigma(report, &fit.covariance),
         covariance: covariance(report),
@@ -107,16 +108,16 @@ pub fn of(report: &PoseReport<'_>) -> ResultFile {
         stamps: Stamps { robot_noise_mm: report.robot_noise_m * MM_PER_M, ..Stamps::default() },
         checks: Checks {
             runner_up: runner_up(fit),
-            held_out: report.sphere.as_ref().and_then(SphereReport::held_out),
+            held_out: report.round.as_ref().and_then(RoundReport::held_out),
             ..Checks::default()
         },
         mounted: report.beside_robot.then(|| "fixed".to_owned()),
         sensor: SensorEntry {
             file: sensor_file(report),
-            ..report.sphere.as_ref().map_or_else(poses, SphereReport::sensor)
+            ..report.round.as_ref().map_or_else(poses, RoundReport::sensor)
         },
         options: report.options.clone(),
-        termination: if report.sphere.is_some() { "sphere" } else { "poses" }.to_owned(),
+        termination: report.round.as_ref().map_or("poses", RoundReport::name).to_owned(),
         inputs: report.inputs.clone(),
         ..ResultFile::default()
     }
@@ -242,7 +243,7 @@ fn residuals(report: &PoseReport<'_>) -> Residuals {
     let skipped = (fit.unplaced > 0).then(|| ("no-robot-pose".to_owned(), fit.unplaced));
     Residuals {
         rms_mm: Some(fit.rms_m * MM_PER_M),
-        rms_deg: report.sphere.is_none().then(|| fit.rms_rad.to_degrees()),
+        rms_deg: report.round.is_none().then(|| fit.rms_rad.to_degrees()),
         inliers: report.used(),
         outliers: placed.saturating_sub(report.used()),
         used: placed,
@@ -288,8 +289,8 @@ pub fn text(report: &PoseReport<'_>) -> String {
     let _ = writeln!(out, "\n  {:<18} {}", "time offset", offset_text(report));
     let _ = writeln!(out, "  {carrier}:");
     write_hand_eye(&mut out, report);
-    match &report.sphere {
-        Some(sphere) => sphere.write(&mut out, &of_sphere(report)),
+    match &report.round {
+        Some(round) => round.write(&mut out, &of_round(report)),
         None => write_target(&mut out, report),
     }
     out
@@ -364,12 +365,12 @@ fn write_target(out: &mut String, report: &PoseReport<'_>) {
     }
 }
 
-/// The part of a report that a sphere's own part needs.
-fn of_sphere(report: &PoseReport<'_>) -> Shared {
-    let is_known = report.is_target_known(TARGET + 3, hidden::MOST_SHIFT_M);
-    let sigma_m = |k: usize| report.covariance[(TARGET + 3 + k, TARGET + 3 + k)].max(0.0).sqrt();
+/// The part of a report that a round target's own part needs.
+fn of_round(report: &PoseReport<'_>) -> Shared {
     Shared {
-        center_sigma_m: is_known.then(|| [0, 1, 2].map(sigma_m)),
+        covariance: report.covariance.fixed_view::<6, 6>(TARGET, TARGET).into(),
+        is_turn_known: report.is_target_known(TARGET, hidden::MOST_TURN_RAD),
+        is_place_known: report.is_target_known(TARGET + 3, hidden::MOST_SHIFT_M),
         in_tool: report.beside_robot,
         used: report.used(),
         robot_noise_m: report.robot_noise_m,

@@ -40,6 +40,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         tool_from_camera: tool_from_camera(c),
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
         base_from_target: None,
+        cylinder: None,
         sphere: None,
         curves: curves(c),
         axes: c.findings.axes.iter().map(axes::entry).collect(),

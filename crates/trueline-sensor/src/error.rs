@@ -20,9 +20,11 @@ pub enum Error {
         /// The fewest that will do.
         needed: usize,
     },
-    /// Too few profiles show a sphere.
-    #[error("the arc of a sphere was found in {found} of {profiles} profiles; {needed} are needed")]
+    /// Too few profiles show a round target.
+    #[error("the arc of a {target} was found in {found} of {profiles} profiles; {needed} are needed")]
     TooFewArcs {
+        /// Name of the target.
+        target: &'static str,
         /// Profiles with an arc.
         found: usize,
         /// Profiles in all.
@@ -108,7 +110,7 @@ impl Error {
                 one recording. Take 20 or more sightings"
             }
             Self::TooFewArcs { .. } => {
-                "sweep the laser over the upper half of the sphere, so that each profile shows 40 degrees of its arc or more; \
+                "sweep the laser over the upper half of the target, so that each profile shows 40 degrees of its arc or more; \
                  check --radius-mm"
             }
             Self::TooFewCorners { .. } => "use a board with more squares, or more pictures",

@@ -38,9 +38,9 @@ mod picture_fit;
 mod pixel_ray;
 pub mod pose_verdict;
 pub mod projection;
+pub mod round;
 pub mod sheet;
 pub mod sheet_tilt;
-pub mod sphere;
 pub mod stripe_residual;
 pub mod verdict;
 

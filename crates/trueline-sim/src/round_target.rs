@@ -20,8 +20,10 @@ const LEAST_COSINE: f64 = 0.3;
 const SHADOW: f64 = 1.2;
 /// Distance of the target from the sensor, m.
 const DISTANCE_M: f64 = 0.13;
-/// Part of the radius by which the target swings across the sheet.
+/// Part of its radius by which a sphere swings across the sheet.
 const ACROSS: f64 = 0.55;
+/// How far a cylinder swings along its axis, m.
+const ALONG_M: f64 = 0.06;
 
 /// What stands on the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +63,14 @@ impl RoundScan {
         let usual = if at_stops { SightingScan::at_stops(seed) } else { SightingScan::usual(seed) };
         let view = ViewSize {
             distance_m: DISTANCE_M,
-            swing_m: [0.012, ACROSS * radius_m, 0.02],
+            swing_m: [
+                0.012,
+                match target {
+                    RoundTarget::Sphere => ACROSS * radius_m,
+                    RoundTarget::Cylinder => ALONG_M,
+                },
+                0.02,
+            ],
             swing_rad: [0.3, 0.3, 0.45],
             even_m_s: [0.0005, 0.0005, 0.001],
             even_rad_s: 0.02,

@@ -59,13 +59,13 @@ pub(crate) struct CalibrateArgs {
     /// Dataset folder, recording.mcap or rosbag2; several of one sensor are calibrated together
     #[arg(required = true)]
     pub(crate) datasets: Vec<PathBuf>,
-    /// Target of the scan: a seam, a sphere, or a chessboard in pictures without laser (a reference)
+    /// Target of the scan: a seam, a sphere or cylinder, or a chessboard in pictures without laser (a reference)
     #[arg(long, value_enum, default_value_t = TargetName::Seam, requires_if("board", "board"))]
     pub(crate) target: TargetName,
     /// The board of --target board: chessboard:COLUMNSxROWS:SQUARE_MM
     #[arg(long, value_parser = board, requires = "target", conflicts_with_all = OF_SEAMS)]
     pub(crate) board: Option<Board>,
-    /// Radius of the sphere of --target sphere, mm; without it the radius is estimated
+    /// Radius of the sphere or cylinder of --target, mm; without it the radius is estimated
     #[arg(long, value_name = "MM", value_parser = above_zero, requires = "target")]
     pub(crate) radius_mm: Option<f64>,
     /// Initial guess, instead of the dataset's initial.toml
@@ -210,7 +210,7 @@ impl CalibrateArgs {
             target: match self.target {
                 TargetName::Line => Target::Line,
                 TargetName::Curve => Target::Curve,
-                TargetName::Seam | TargetName::Board | TargetName::Poses | TargetName::Sphere => Target::Seam,
+                _ => Target::Seam,
             },
             measurements: self.measurements.unwrap_or_default(),
             residual: self.residual,
@@ -338,6 +338,8 @@ pub(crate) enum TargetName {
     Poses,
     /// A sphere in whole profiles, or in points; see --radius-mm
     Sphere,
+    /// A cylinder, likewise: a pipe, a shaft, a pin
+    Cylinder,
 }
 
 /// Pages and JSON are distinguished by their names.

@@ -21,7 +21,7 @@ pub(crate) struct SightingsArgs {
         group = "readings"
     )]
     pub(crate) sightings: Option<PoseMotion>,
-    /// Write robot.csv and profiles.csv of a sphere on a table instead
+    /// Write robot.csv and profiles.csv of a sphere or a cylinder on a table instead
     #[arg(long, value_parser = one_of(&TARGETS), conflicts_with_all = not_of_sightings(), group = "readings")]
     pub(crate) target: Option<RoundTarget>,
     /// Its radius, mm
@@ -53,7 +53,8 @@ fn radius_mm(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(within).ok_or_else(|| "expected a radius from 5 to 30 mm".to_owned())
 }
 
-static TARGETS: [Choice<RoundTarget>; 1] = [("sphere", "A sphere", RoundTarget::Sphere)];
+static TARGETS: [Choice<RoundTarget>; 2] =
+    [("sphere", "A sphere", RoundTarget::Sphere), ("cylinder", "A cylinder", RoundTarget::Cylinder)];
 
 static MOTIONS: [Choice<PoseMotion>; 4] = [
     ("full", "Turns and shifts about all axes", PoseMotion::Full),

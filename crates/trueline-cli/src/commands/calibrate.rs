@@ -1,6 +1,6 @@
 //! `trueline calibrate`.
 
-use super::{calibrate_board, calibrate_poses, calibrate_sensors, calibrate_sphere};
+use super::{calibrate_board, calibrate_poses, calibrate_round, calibrate_sensors};
 use crate::args::hints;
 use crate::args::{CalibrateArgs, TargetName};
 use crate::clocks;
@@ -18,6 +18,7 @@ use trueline_method::input::stops::stand_at_readings;
 use trueline_method::{Calibration, Config, Hold, ResidualKind, SeamCad, SensorMode, Status};
 use trueline_report::calibration_page::{self, FramePicture, Source};
 use trueline_report::{certificate::Certificate, result, summary};
+use trueline_sensor::round::RoundTarget;
 
 /// Runs the command.
 pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
@@ -70,7 +71,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     Ok(exit_code(&calibration))
 }
 
-/// A calibration without a seam: on poses of a target, or on a sphere. `None` if the target is a seam.
+/// A calibration without a seam: on poses of a target, or on a sphere or cylinder. `None` if the target is a seam.
 fn without_seam(args: &CalibrateArgs) -> Result<Option<ExitCode>, Failure> {
     if let Some(dataset) = calibrate_poses::dataset(args)? {
         return calibrate_poses::run(args, dataset).map(Some);
@@ -81,12 +82,17 @@ fn without_seam(args: &CalibrateArgs) -> Result<Option<ExitCode>, Failure> {
             "write the target's poses as sightings.csv, or leave --target out",
         ));
     }
-    if args.target == TargetName::Sphere {
-        return calibrate_sphere::run(args).map(Some);
+    let round = match args.target {
+        TargetName::Sphere => Some(RoundTarget::Sphere),
+        TargetName::Cylinder => Some(RoundTarget::Cylinder),
+        _ => None,
+    };
+    if let Some(round) = round {
+        return calibrate_round::run(args, round).map(Some);
     }
     if args.radius_mm.is_some() {
         return Err(Failure::new(
-            "--radius-mm belongs to --target sphere",
+            "--radius-mm belongs to --target sphere and --target cylinder",
             "add --target sphere, or leave it out",
         ));
     }

@@ -71,7 +71,7 @@ pub(crate) fn run(args: &CalibrateArgs, dataset: &Path) -> Result<ExitCode, Fail
         at_stops: scan.stops.is_some(),
         estimates_offset: scan.estimates_offset,
         beside_robot: read.setup.mounted == Mounted::Fixed,
-        sphere: None,
+        round: None,
         options: stated(args, &read.setup, scan.stops.is_some()),
         inputs: &inputs,
     };

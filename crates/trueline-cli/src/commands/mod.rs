@@ -4,8 +4,8 @@ pub(crate) mod apply;
 pub(crate) mod calibrate;
 pub(crate) mod calibrate_board;
 pub(crate) mod calibrate_poses;
+mod calibrate_round;
 pub(crate) mod calibrate_sensors;
-mod calibrate_sphere;
 #[cfg(feature = "gige")]
 pub(crate) mod camera_sim;
 pub(crate) mod cloud;

@@ -58,6 +58,34 @@ pub struct SphereEntry {
     pub arcs: usize,
 }
 
+/// A cylinder that was scanned.
+///
+/// Its place along its axis and its turn about it are not estimated: it looks the same under them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct CylinderEntry {
+    /// Unit direction of its axis in base, or with `mounted` fixed in the tool; null where it is not observable.
+    pub direction: Option<[f64; 3]>,
+    /// A point of its axis in the middle of the scanned part, in the same frame; null where it is not observable.
+    pub point_mm: Option<[f64; 3]>,
+    /// One standard deviation of the direction, in its largest direction.
+    pub sigma_direction_deg: Option<f64>,
+    /// One standard deviation of the point across the axis, in its largest direction.
+    pub sigma_point_mm: Option<f64>,
+    /// Its radius: stated, or estimated.
+    pub radius_mm: f64,
+    /// One standard deviation of the radius; null where it is stated.
+    pub sigma_radius_mm: Option<f64>,
+    /// Noise of the arc in a profile, across it: at its ends, and in its middle.
+    pub sigma_arc_mm: [f64; 2],
+    /// Profiles that were read.
+    pub profiles: usize,
+    /// Profiles in which an arc was found.
+    pub arcs: usize,
+    /// What of its pose is held, because the cylinder looks the same under it.
+    pub held: Vec<String>,
+}
+
 /// A line in base.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

@@ -21,8 +21,8 @@ mod stripes;
 mod time_offset_use;
 
 pub use answer::{
-    Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, PoseEntry, Sigma,
-    SphereEntry, TargetEntry, UnobservableEntry,
+    Covariance, CylinderEntry, IterationEntry, IterationLine, LineEntry, LinePosition, Observability,
+    PoseEntry, Sigma, SphereEntry, TargetEntry, UnobservableEntry,
 };
 pub use axis::{AxisEntry, AxisSigma};
 pub use checks::{
@@ -87,6 +87,9 @@ pub struct ResultFile {
     /// Pose of the target of pose sightings in base, or with `mounted` fixed in the tool; absent if no target was sighted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base_from_target: Option<TargetEntry>,
+    /// The cylinder of `--target cylinder`; absent for other targets.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cylinder: Option<CylinderEntry>,
     /// The sphere of `--target sphere`; absent for other targets.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sphere: Option<SphereEntry>,

@@ -36,7 +36,7 @@ impl Breadth {
     /// If the usual search found nothing good. In a scan of a few seconds a wrong attitude can fit for a while.
     pub const WIDE: Self = Self { offset_step_s: 0.2, survivors: 100, finalists: 12 };
     /// For a standing robot. With a dozen readings hundreds of wrong attitudes leave small residuals, and solving from each takes a millisecond.
-    pub(crate) const STOPS: Self = Self { offset_step_s: 0.2, survivors: 1_000, finalists: 100 };
+    pub const STOPS: Self = Self { offset_step_s: 0.2, survivors: 1_000, finalists: 100 };
 }
 
 /// Observations of a line used to choose between the finalists.
@@ -96,11 +96,7 @@ pub fn from_nothing(
 /// sheet about the line in base and then about its own normal keeps every offset perpendicular to the line. It reverses offsets along the line,
 /// which are not measured. Only tilting separates the two, so with little tilt a search can end in the wrong one.
 #[must_use]
-pub(crate) fn mirrored(
-    observations: &Observations,
-    sample: &[Observation],
-    at: &Parameters,
-) -> Option<Parameters> {
+pub fn mirrored(observations: &Observations, sample: &[Observation], at: &Parameters) -> Option<Parameters> {
     let half_turn = |axis: &Vector3<f64>| so3::exp(&(axis * std::f64::consts::PI));
     let middle = sample.get(sample.len() / 2)?;
     let base_from_tool = placement(observations, middle, at)?.base_from_tool.rotation;

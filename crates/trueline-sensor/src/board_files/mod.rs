@@ -6,7 +6,7 @@
 //! pictures of a plate, with poses ─plate_stops──▶ stops ──▶ trueline_sensor::laser_plane::plate
 //! dataset folder with pictures ─moving_scan──▶ time offset and hand-eye transform
 //! dataset folder of sightings ─────pose_scan──▶ time offset, hand-eye transform and target
-//! dataset folder with a sphere ───sphere_scan──▶ time offset, hand-eye transform and sphere
+//! dataset folder with a sphere or cylinder ─round_scan──▶ time offset, hand-eye transform and target
 //! what was found ──────────────sensor_file──▶ sensor.toml
 //! ```
 //!
@@ -32,13 +32,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod arcs;
+mod axis_start;
 mod error;
 pub mod moving_scan;
 pub mod pictures;
 pub mod plate_stops;
 pub mod pose_scan;
+pub mod round_scan;
 pub mod sensor_file;
-pub mod sphere_scan;
 pub mod striped;
 
 pub use error::BoardError;

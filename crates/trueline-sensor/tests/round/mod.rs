@@ -1,19 +1,29 @@
 //! A cast scan of a round target as the estimator takes it, and how far its answer is off.
 
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 use std::path::Path;
 use trueline_dataset::pose_folder::PoseTruth;
 use trueline_dataset::{Recording, Sensor};
 use trueline_geometry::se3;
 use trueline_sensor::board_files::BoardError;
 use trueline_sensor::board_files::pose_scan::SightingOptions;
-use trueline_sensor::board_files::sphere_scan::{self, SphereScan, SphereScanOptions};
-use trueline_sim::{RoundScan, RoundScanned};
+use trueline_sensor::board_files::round_scan::{self, RoundCalibration, RoundCalibrationOptions};
+use trueline_sensor::round::RoundTarget as Round;
+use trueline_sim::{RoundScan, RoundScanned, RoundTarget};
 
 /// The radius is stated, the robot is ideal but for its noise, and the rest is as usual.
-pub(crate) fn options(scan: &RoundScan) -> SphereScanOptions {
+pub(crate) fn options(scan: &RoundScan) -> RoundCalibrationOptions {
     let of_scan = SightingOptions { robot_accuracy_m: Some(accuracy_m(scan)), ..SightingOptions::default() };
-    SphereScanOptions { scan: of_scan, radius_m: Some(scan.radius_m), ..SphereScanOptions::default() }
+    let target = match scan.target {
+        RoundTarget::Sphere => Round::Sphere,
+        RoundTarget::Cylinder => Round::Cylinder,
+    };
+    RoundCalibrationOptions {
+        target,
+        scan: of_scan,
+        radius_m: Some(scan.radius_m),
+        ..RoundCalibrationOptions::default()
+    }
 }
 
 /// At stops the noise of the robot is what its accuracy makes it: a sixth of that.
@@ -22,11 +32,14 @@ fn accuracy_m(scan: &RoundScan) -> f64 {
 }
 
 /// The answer for what a scan casts.
-pub(crate) fn calibrated(scan: &RoundScan) -> Result<SphereScan, BoardError> {
+pub(crate) fn calibrated(scan: &RoundScan) -> Result<RoundCalibration, BoardError> {
     with_options(scan, &options(scan))
 }
 
-pub(crate) fn with_options(scan: &RoundScan, options: &SphereScanOptions) -> Result<SphereScan, BoardError> {
+pub(crate) fn with_options(
+    scan: &RoundScan,
+    options: &RoundCalibrationOptions,
+) -> Result<RoundCalibration, BoardError> {
     of_cast(scan, &scan.cast(), options)
 }
 
@@ -34,26 +47,38 @@ pub(crate) fn with_options(scan: &RoundScan, options: &SphereScanOptions) -> Res
 pub(crate) fn of_cast(
     scan: &RoundScan,
     cast: &RoundScanned,
-    options: &SphereScanOptions,
-) -> Result<SphereScan, BoardError> {
+    options: &RoundCalibrationOptions,
+) -> Result<RoundCalibration, BoardError> {
     let sighted = &cast.sighted;
     let recording = Recording {
         at_stops: scan.sighted.at_stops,
         ..Recording::new(Sensor::Profiler, sighted.setup.clone(), sighted.robot.clone(), Vec::new())
     };
-    sphere_scan::calibrate(Path::new("cast"), &recording, &cast.profiles, options)
+    round_scan::calibrate(Path::new("cast"), &recording, &cast.profiles, options)
 }
 
-/// Estimate less truth, in the order of the covariance; a sphere's attitude is none.
-pub(crate) fn off(found: &SphereScan, truth: &PoseTruth) -> SVector<f64, 13> {
-    let unknowns = &found.sphere.pose.unknowns;
+/// Estimate less truth, in the order of the covariance; zero for what the target looks the same under.
+pub(crate) fn off(found: &RoundCalibration, truth: &PoseTruth) -> SVector<f64, 13> {
+    let unknowns = &found.round.pose.unknowns;
     let (turn, shift) =
         se3::difference_decoupled(&unknowns.tool_from_camera, &truth.parameters.tool_from_camera);
-    let center = unknowns.base_from_target.translation.vector - truth.base_from_target.translation.vector;
+    let target = &unknowns.base_from_target;
+    let center = target.translation.vector - truth.base_from_target.translation.vector;
     let mut off = SVector::<f64, 13>::zeros();
     off[0] = unknowns.time_offset_s - truth.parameters.time_offset_s;
     off.fixed_rows_mut::<3>(1).copy_from(&turn);
     off.fixed_rows_mut::<3>(4).copy_from(&shift);
-    off.fixed_rows_mut::<3>(10).copy_from(&center);
+    if found.round.target == Round::Sphere {
+        off.fixed_rows_mut::<3>(10).copy_from(&center);
+        return off;
+    }
+    // In the axes of the cylinder that was found. A turn ε about these tips its y axis by ε × y = (−ε_z, 0, ε_x).
+    let true_axis = target.rotation.inverse() * truth.base_from_target.rotation * Vector3::y();
+    let true_axis = true_axis * true_axis.y.signum();
+    (off[7], off[9]) = (-true_axis.z, true_axis.x);
+    // The truth's point at the place of the one that was found.
+    let center = target.rotation.inverse() * center;
+    let across = center + true_axis * (-center.y / true_axis.y);
+    (off[10], off[12]) = (across.x, across.z);
     off
 }

@@ -4,8 +4,9 @@
 //! place, whichever side of the sheet the sphere is on. The radii of the circles then give the distance from the sheet: its value is the one
 //! that most cuts agree with, on one side or the other.
 
-use super::model::{SheetFrame, SphereState};
+use super::model::RoundState;
 use super::problem::Scan;
+use super::sheet_frame::SheetFrame;
 use crate::board_hand_eye::unknowns::Unknowns;
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
@@ -71,9 +72,9 @@ pub(super) fn offsets_s(scan: &Scan<'_>, reach_s: f64) -> Vec<f64> {
 }
 
 /// Starts all around at some offsets, the likeliest first.
-pub(super) fn starts(scan: &Scan<'_>, offsets_s: &[f64]) -> Vec<SphereState> {
+pub(super) fn starts(scan: &Scan<'_>, offsets_s: &[f64]) -> Vec<RoundState> {
     let attitudes = attitudes();
-    let mut all: Vec<(f64, SphereState)> = Vec::new();
+    let mut all: Vec<(f64, RoundState)> = Vec::new();
     for offset_s in offsets_s {
         let Some(at) = AtOffset::of(scan, *offset_s) else { continue };
         let mut found: Vec<Attitude> = attitudes.iter().filter_map(|axes| at.with_attitude(axes)).collect();
@@ -86,7 +87,7 @@ pub(super) fn starts(scan: &Scan<'_>, offsets_s: &[f64]) -> Vec<SphereState> {
 }
 
 /// A start with a hand-eye transform that is known about.
-pub(super) fn with_hand_eye(scan: &Scan<'_>, offset_s: f64, tool_from_camera: &Pose) -> Option<SphereState> {
+pub(super) fn with_hand_eye(scan: &Scan<'_>, offset_s: f64, tool_from_camera: &Pose) -> Option<RoundState> {
     let at = AtOffset::of(scan, offset_s)?;
     let turn = tool_from_camera.rotation.to_rotation_matrix().into_inner();
     let mut state = at.state(&at.with_attitude(&(turn * scan.sheet.axes()))?, scan.sheet);
@@ -167,12 +168,12 @@ impl AtOffset {
         })
     }
 
-    fn state(&self, attitude: &Attitude, sheet: &SheetFrame) -> SphereState {
+    fn state(&self, attitude: &Attitude, sheet: &SheetFrame) -> RoundState {
         let Attitude { axes, center_m, origin_m: [first, second], .. } = attitude;
         let origin = axes * Vector3::new(*first, *second, self.third(attitude));
         let turn = axes * sheet.axes().transpose();
         let rotation = UnitQuaternion::from_matrix(&turn);
-        SphereState {
+        RoundState {
             unknowns: Unknowns {
                 time_offset_s: self.offset_s,
                 tool_from_camera: se3::from_parts(rotation, origin - turn * sheet.origin_m()),

@@ -1,26 +1,26 @@
 //! The cuts of a scan as a least-squares problem, whitened at one estimate.
 
 use super::cut::Cut;
-use super::model::{self, ATTITUDE, RADIUS, SHAPE, SIZE, SheetFrame, SphereState};
+use super::model::{self, Follows, RADIUS, RoundState, SHAPE, SIZE};
+use super::sheet_frame::SheetFrame;
+use super::target::{ROWS, Row, Rows, Square};
 use crate::board_hand_eye::joint::ROUND_MARGINS_S;
 use crate::board_hand_eye::robot_path::{RobotPath, ToolState};
 use crate::board_hand_eye::unknowns::{ErrorModel, TIME_OFFSET};
 use crate::error::Error;
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use trueline_geometry::statistics::median;
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 use trueline_method::input::shape_prior::ShapePrior;
 
-/// Median of the squared length of three whitened numbers.
-const MEDIAN_SQUARED: f64 = 2.366;
-/// A cut is left out beyond this squared length: by chance one of 300,000.
-pub(super) const OUTLIER_SQUARED: f64 = 28.0;
 /// The fewest cuts that leave something over to check.
 pub(crate) const FEWEST: usize = 6;
 
-/// What a scan has seen of a sphere, and what is known beforehand.
+/// What a scan has seen of a target, and what is known beforehand.
 #[derive(Clone, Copy)]
 pub(super) struct Scan<'a> {
+    /// The target.
+    pub(super) row: &'static Row,
     pub(super) cuts: &'a [Cut],
     pub(super) sheet: &'a SheetFrame,
     pub(super) robot: RobotPath<'a>,
@@ -37,39 +37,44 @@ impl Scan<'_> {
         let time = (!self.robot.has_time_offset()).then_some(TIME_OFFSET);
         let radius = self.radius_m.map(|_| RADIUS);
         let shape = (SHAPE..SIZE).filter(|_| self.shape.is_none());
-        ATTITUDE.into_iter().chain(time).chain(radius).chain(shape).collect()
+        self.row.held.iter().copied().chain(time).chain(radius).chain(shape).collect()
     }
 
-    pub(super) fn tool(&self, k: usize, at: &SphereState) -> Option<ToolState> {
+    pub(super) fn tool(&self, k: usize, at: &RoundState) -> Option<ToolState> {
         self.robot.at(k, at.unknowns.time_offset_s)
     }
 
     /// Measured less predicted, m; `None` where the robot's pose is not known.
-    pub(super) fn difference(&self, k: usize, at: &SphereState) -> Option<Vector3<f64>> {
+    pub(super) fn difference(&self, k: usize, at: &RoundState) -> Option<Rows> {
         Some(model::difference(&self.cuts[k], self.sheet, &self.tool(k, at)?, at))
+    }
+
+    /// How it follows all that it depends on, before a tool that moves.
+    pub(super) fn follows(&self, k: usize, tool: &ToolState, at: &RoundState) -> Follows {
+        Follows::of(&self.cuts[k], self.sheet, tool, self.noise, at)
     }
 }
 
 /// The problem.
 #[derive(Clone)]
-pub(super) struct SphereProblem<'a> {
+pub(super) struct RoundProblem<'a> {
     pub(super) scan: Scan<'a>,
     /// Which cuts count.
     pub(super) used: Vec<bool>,
-    pub(super) whitening: Vec<Matrix3<f64>>,
+    pub(super) whitening: Vec<Square>,
 }
 
 /// The estimate from a start, and the problem at it with the cuts that count, after a round for each margin, s.
 pub(super) fn converged<'a>(
     scan: &Scan<'a>,
-    start: SphereState,
+    start: RoundState,
     margins_s: &[f64],
-) -> Result<(SphereState, SphereProblem<'a>), Error> {
+) -> Result<(RoundState, RoundProblem<'a>), Error> {
     let mut state = start;
     let mut scale = f64::INFINITY;
     let mut used = vec![true; scan.cuts.len()];
     for &margin_s in margins_s {
-        let problem = SphereProblem::whitened(scan, &state).within(margin_s, &state);
+        let problem = RoundProblem::whitened(scan, &state).within(margin_s, &state);
         (used, scale) = problem.fitting(&state, scale);
         let problem = problem.keeping(&used);
         used.clone_from(&problem.used);
@@ -80,7 +85,7 @@ pub(super) fn converged<'a>(
         let solved = solve(&problem, state, &scan.held(), &SolveOptions::default());
         state = solved.map_err(|_| Error::HandEyeNotFixed)?.state;
     }
-    Ok((state, SphereProblem::whitened(scan, &state).keeping(&used)))
+    Ok((state, RoundProblem::whitened(scan, &state).keeping(&used)))
 }
 
 /// All rounds of a fit from a start, s.
@@ -88,11 +93,11 @@ pub(super) fn rounds() -> &'static [f64] {
     &ROUND_MARGINS_S
 }
 
-impl<'a> SphereProblem<'a> {
+impl<'a> RoundProblem<'a> {
     /// The problem with the noise as it acts at `at`; cuts without a robot pose there do not count.
-    pub(super) fn whitened(scan: &Scan<'a>, at: &SphereState) -> Self {
-        let of = |k: usize| model::whitening(&scan.cuts[k], scan.sheet, &scan.tool(k, at)?, scan.noise, at);
-        let whitening: Vec<Option<Matrix3<f64>>> = (0..scan.cuts.len()).map(of).collect();
+    pub(super) fn whitened(scan: &Scan<'a>, at: &RoundState) -> Self {
+        let of = |k: usize| scan.follows(k, &scan.tool(k, at)?, at).whitening(scan.noise);
+        let whitening: Vec<Option<Square>> = (0..scan.cuts.len()).map(of).collect();
         Self {
             scan: *scan,
             used: whitening.iter().map(Option::is_some).collect(),
@@ -108,7 +113,7 @@ impl<'a> SphereProblem<'a> {
     }
 
     /// Without the cuts whose robot pose is not known everywhere within a margin, s, of the offset.
-    fn within(mut self, margin_s: f64, at: &SphereState) -> Self {
+    fn within(mut self, margin_s: f64, at: &RoundState) -> Self {
         if self.scan.robot.has_time_offset() {
             for (k, used) in self.used.iter_mut().enumerate() {
                 let known = |s: f64| self.scan.robot.at(k, at.unknowns.time_offset_s + s).is_some();
@@ -119,34 +124,29 @@ impl<'a> SphereProblem<'a> {
     }
 
     /// Which cuts fit, and the scale of their squares; the scale only falls from round to round.
-    fn fitting(&self, at: &SphereState, last_scale: f64) -> (Vec<bool>, f64) {
+    fn fitting(&self, at: &RoundState, last_scale: f64) -> (Vec<bool>, f64) {
         let squares: Vec<f64> = (0..self.used.len())
             .map(|k| self.residual(k, at).map_or(f64::INFINITY, |r| r.norm_squared()))
             .collect();
         let scale = self.scale(at).min(last_scale);
-        (squares.iter().map(|s| *s <= OUTLIER_SQUARED * scale).collect(), scale)
+        (squares.iter().map(|s| *s <= self.scan.row.outlier_squared * scale).collect(), scale)
     }
 
     /// The scale of squared residuals by their median: one if the noise is as it was taken, or less.
-    pub(super) fn scale(&self, at: &SphereState) -> f64 {
+    pub(super) fn scale(&self, at: &RoundState) -> f64 {
         let squares = self.counting().filter_map(|k| Some(self.residual(k, at)?.norm_squared()));
-        (median(squares).unwrap_or(0.0) / MEDIAN_SQUARED).max(1.0)
+        (median(squares).unwrap_or(0.0) / self.scan.row.median_squared).max(1.0)
     }
 
     /// Measured less predicted, whitened; `None` where the robot's pose is not known.
-    pub(super) fn residual(&self, k: usize, at: &SphereState) -> Option<Vector3<f64>> {
+    pub(super) fn residual(&self, k: usize, at: &RoundState) -> Option<Rows> {
         Some(self.whitening[k] * self.scan.difference(k, at)?)
     }
 
     /// Whitened residual of a cut and its derivative.
-    pub(super) fn linearized(
-        &self,
-        k: usize,
-        at: &SphereState,
-    ) -> Option<(Vector3<f64>, SMatrix<f64, 3, SIZE>)> {
+    pub(super) fn linearized(&self, k: usize, at: &RoundState) -> Option<(Rows, SMatrix<f64, ROWS, SIZE>)> {
         let tool = self.scan.tool(k, at)?;
-        let jacobian = model::jacobian(&self.scan.cuts[k], self.scan.sheet, &tool, at);
-        Some((self.residual(k, at)?, self.whitening[k] * jacobian))
+        Some((self.residual(k, at)?, self.whitening[k] * self.scan.follows(k, &tool, at).unknowns))
     }
 
     /// The places of the cuts that count.
@@ -154,28 +154,28 @@ impl<'a> SphereProblem<'a> {
         (0..self.used.len()).filter(|k| self.used[*k])
     }
 
-    fn of_shape(&self, at: &SphereState) -> f64 {
+    fn of_shape(&self, at: &RoundState) -> f64 {
         self.scan.shape.map_or(0.0, |prior| 0.5 * at.shape.dot(&(prior.information * at.shape)))
     }
 }
 
-impl LeastSquares for SphereProblem<'_> {
-    type State = SphereState;
+impl LeastSquares for RoundProblem<'_> {
+    type State = RoundState;
 
     fn dimension(&self) -> usize {
         SIZE
     }
 
-    fn retract(&self, state: &SphereState, step: &DVector<f64>) -> SphereState {
+    fn retract(&self, state: &RoundState, step: &DVector<f64>) -> RoundState {
         model::moved(state, &SVector::<f64, SIZE>::from_column_slice(step.as_slice()))
     }
 
-    fn cost(&self, state: &SphereState) -> f64 {
+    fn cost(&self, state: &RoundState) -> f64 {
         let of = |k| self.residual(k, state).map_or(f64::INFINITY, |r| 0.5 * r.norm_squared());
         self.counting().map(of).sum::<f64>() + self.of_shape(state)
     }
 
-    fn linearize(&self, state: &SphereState, equations: &mut NormalEquations) {
+    fn linearize(&self, state: &RoundState, equations: &mut NormalEquations) {
         let (mut hessian, mut gradient) =
             (SMatrix::<f64, SIZE, SIZE>::zeros(), SVector::<f64, SIZE>::zeros());
         for k in self.counting() {
@@ -206,10 +206,10 @@ mod tests {
     use super::*;
     use crate::board_hand_eye::Carried;
     use crate::board_hand_eye::unknowns::Unknowns;
-    use crate::sphere::cut::Circle;
-    use nalgebra::{UnitQuaternion, Vector2};
+    use crate::round::target::RoundTarget;
+    use nalgebra::{UnitQuaternion, Vector2, Vector3};
     use trueline_geometry::{Pose, Trajectory, se3};
-    use trueline_model::LaserSheet;
+    use trueline_model::{LaserSheet, SheetShape};
 
     fn pose(t: f64) -> Pose {
         let turn = Vector3::new(0.3 * t.sin(), 0.2 * (1.3 * t).cos(), 0.4 * (0.7 * t).sin());
@@ -217,19 +217,19 @@ mod tests {
         se3::from_parts(UnitQuaternion::from_scaled_axis(turn), shift)
     }
 
-    fn cut(k: usize) -> Cut {
+    /// An arc of about 110° of an ellipse, or of a circle.
+    fn cut(target: RoundTarget, k: usize) -> Cut {
         let k = k as f64;
-        let circle = Circle {
-            center_m: Vector2::new(0.01 * k.sin(), 0.13 + 0.01 * k.cos()),
-            radius_m: 0.014 + 0.003 * (2.0 * k).sin(),
+        let long = if target == RoundTarget::Sphere { 1.0 } else { 1.15 };
+        let radius_m = 0.014 + 0.003 * (2.0 * k).sin();
+        let at = |j: i32| {
+            let (sine, cosine) = (0.05 * f64::from(j) + k).sin_cos();
+            let noise = 1e-5 * (f64::from(7 * j) + k).sin();
+            Vector2::new(0.01 * k.sin(), 0.13 + 0.01 * k.cos())
+                + Vector2::new(long * cosine, sine) * (radius_m + noise)
         };
-        Cut {
-            circle,
-            covariance: Matrix3::new(4.0, 1.0, 0.5, 1.0, 3.0, -1.0, 0.5, -1.0, 5.0) * 1e-10,
-            d_shape: SMatrix::<f64, 3, 5>::from_fn(|i, j| 1e-3 * ((i + 2 * j) as f64 + k).sin()),
-            points: 100,
-            rms_m: 1e-5,
-        }
+        let points: Vec<Vector2<f64>> = (0..40).map(at).collect();
+        Cut::of(target, &points, &SheetShape::exact_about(&Vector2::new(0.001, 0.13))).unwrap()
     }
 
     #[test]
@@ -238,10 +238,13 @@ mod tests {
         let poses: Vec<Pose> = times.iter().map(|t| pose(*t)).collect();
         let trajectory = Trajectory::new(times, &poses).unwrap();
         let stamps_s: Vec<f64> = (0..8).map(|k| 1.013 + 0.7 * f64::from(k)).collect();
-        let cuts: Vec<Cut> = (0..8).map(cut).collect();
         let prior = ShapePrior { information: SMatrix::<f64, 5, 5>::identity() * 4e4 };
-        for carries in [Carried::Camera, Carried::Target] {
+        let both = [RoundTarget::Sphere, RoundTarget::Cylinder];
+        let cases = both.into_iter().flat_map(|t| [Carried::Camera, Carried::Target].map(|c| (t, c)));
+        for (target, carries) in cases {
+            let cuts: Vec<Cut> = (0..8).map(|k| cut(target, k)).collect();
             let scan = Scan {
+                row: target.row(),
                 cuts: &cuts,
                 sheet: &SheetFrame::of(&LaserSheet::of_profiler()),
                 robot: RobotPath::Moving { trajectory: &trajectory, stamps_s: &stamps_s },
@@ -249,7 +252,7 @@ mod tests {
                 radius_m: None,
                 shape: Some(prior),
             };
-            let state = SphereState {
+            let state = RoundState {
                 unknowns: Unknowns {
                     time_offset_s: 0.004,
                     tool_from_camera: se3::from_parts(
@@ -257,14 +260,14 @@ mod tests {
                         Vector3::new(0.05, -0.08, 0.12),
                     ),
                     base_from_target: se3::from_parts(
-                        UnitQuaternion::identity(),
+                        UnitQuaternion::from_scaled_axis(Vector3::new(-0.5, 0.2, 0.9)),
                         Vector3::new(1.0, 0.0, 0.7),
                     ),
                 },
                 radius_m: 0.02,
                 shape: SVector::<f64, 5>::new(1e-3, -2e-3, 5e-4, 0.02, -0.01),
             };
-            let problem = SphereProblem::whitened(&scan, &state);
+            let problem = RoundProblem::whitened(&scan, &state);
             let mut equations = NormalEquations::zeros(SIZE);
             problem.linearize(&state, &mut equations);
             for k in 0..SIZE {
@@ -278,7 +281,7 @@ mod tests {
                 // A sphere's attitude moves nothing. Costs of some 10⁷ are known to 10⁻⁹: their differences over 10⁻⁶ to 10⁻³.
                 let scale = equations.hessian[(k, k)].sqrt().max(1e3);
                 let off = (numerical - equations.gradient[k]).abs() / scale;
-                assert!(off < 1e-5, "{carries:?} {k}: {numerical} {}", equations.gradient[k]);
+                assert!(off < 1e-5, "{target:?} {carries:?} {k}: {numerical} {}", equations.gradient[k]);
             }
         }
     }

@@ -3,14 +3,15 @@
 //! Of a linear fit that follows without fitting again: with the whitened residual r, its derivative A and the covariance C of the estimate,
 //! the residual of a cut that is left out is (1 − A C Aᵀ)⁻¹ r.
 
-use super::model::{SIZE, SphereState};
-use super::problem::SphereProblem;
-use nalgebra::{Matrix3, SMatrix};
+use super::model::{RoundState, SIZE};
+use super::problem::RoundProblem;
+use super::target::Square;
+use nalgebra::SMatrix;
 
 /// Errors of cuts that are left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeldOut {
-    /// Root mean square distance of centre and radius from what the other cuts predict, m.
+    /// Root mean square distance of an arc from the prediction by the other cuts, m.
     pub rms_m: f64,
     /// The same as the uncertainties have it, m.
     pub expected_rms_m: f64,
@@ -21,18 +22,19 @@ pub struct HeldOut {
 impl HeldOut {
     /// Of all cuts that count; `covariance` is that of the estimate in units of the whitening, and `factor` scales it to the residuals.
     pub(super) fn of(
-        problem: &SphereProblem<'_>,
-        at: &SphereState,
+        problem: &RoundProblem<'_>,
+        at: &RoundState,
         covariance: &SMatrix<f64, SIZE, SIZE>,
         factor: f64,
     ) -> Option<Self> {
         let (mut out, mut expected, mut fitted, mut count) = (0.0, 0.0, 0.0, 0.0);
         for k in problem.counting() {
             let (residual, jacobian) = problem.linearized(k, at)?;
-            let left = (Matrix3::identity() - jacobian * covariance * jacobian.transpose()).try_inverse()?;
+            let left = (Square::identity() - jacobian * covariance * jacobian.transpose()).try_inverse()?;
             let unwhitened = problem.whitening[k].try_inverse()?;
             out += (unwhitened * left * residual).norm_squared();
-            expected += (unwhitened * left * unwhitened.transpose()).trace() * factor;
+            let squares = (unwhitened * left * unwhitened.transpose()).diagonal();
+            expected += squares.iter().take(problem.scan.row.rows).sum::<f64>() * factor;
             fitted += (unwhitened * residual).norm_squared();
             count += 1.0;
         }

@@ -1,16 +1,18 @@
-//! Time offset, hand-eye transform and the centre of a sphere from the cuts of a scan, from nothing.
+//! Time offset, hand-eye transform and a round target from the cuts of a scan, from nothing.
 
 use super::cut::Cut;
 use super::held_out::HeldOut;
-use super::model::{self, RADIUS, SHAPE, SIZE, SheetFrame, SphereState};
-use super::problem::{FEWEST, OUTLIER_SQUARED, Scan, SphereProblem, converged, rounds};
+use super::model::{Follows, RADIUS, RoundState, SHAPE, SIZE};
+use super::problem::{FEWEST, RoundProblem, Scan, converged, rounds};
+use super::sheet_frame::SheetFrame;
 use super::start;
+use super::target::{RoundTarget, Rows};
 use crate::board_hand_eye::lasting_motion::{shared, with_rates_of};
 use crate::board_hand_eye::poses::{ONE_OFFSET_S, OtherOffset, PoseFit, REACH_S, paired_z};
 use crate::board_hand_eye::unknowns::{self, ErrorModel, TIME_OFFSET};
 use crate::board_hand_eye::{RobotPath, hidden};
 use crate::error::Error;
-use nalgebra::{DMatrix, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{DMatrix, SMatrix, SVector, Vector6};
 use trueline_geometry::Pose;
 use trueline_geometry::statistics::{lasting, median};
 use trueline_lsq::{LeastSquares, NormalEquations};
@@ -18,6 +20,8 @@ use trueline_method::input::shape_prior::ShapePrior;
 
 /// Cuts that tell starts apart.
 const FEW: usize = 60;
+/// Points of each.
+const FEW_POINTS: usize = 30;
 /// Starts of which all cuts are looked at.
 const FITTED: usize = 8;
 /// Rounds of a fit to few cuts.
@@ -28,13 +32,17 @@ const ONE_ATTITUDE_RAD: f64 = 0.1;
 const ANY_RADIUS_M: f64 = 10.0;
 
 /// What is known beforehand.
-#[derive(Clone, Copy, Debug)]
-pub struct SphereOptions {
+#[derive(Clone, Debug)]
+pub struct RoundOptions {
+    /// What is scanned.
+    pub target: RoundTarget,
+    /// Where to start a cylinder; a sphere finds its starts itself.
+    pub starts: Vec<RoundState>,
     /// The time offset is looked for within plus and minus this, s.
     pub reach_s: f64,
     /// Where to start: time offset, s, and `tool_from_camera`.
     pub guess: Option<(f64, Pose)>,
-    /// Radius of the sphere, m; `None` estimates it.
+    /// Radius of the target, m; `None` estimates it.
     pub radius_m: Option<f64>,
     /// The sensor's shape beforehand; `None` holds it.
     pub shape: Option<ShapePrior>,
@@ -42,16 +50,26 @@ pub struct SphereOptions {
     pub held_shape: SMatrix<f64, 5, 5>,
 }
 
-impl Default for SphereOptions {
+impl Default for RoundOptions {
     fn default() -> Self {
-        Self { reach_s: REACH_S, guess: None, radius_m: None, shape: None, held_shape: SMatrix::zeros() }
+        Self {
+            target: RoundTarget::Sphere,
+            starts: Vec::new(),
+            reach_s: REACH_S,
+            guess: None,
+            radius_m: None,
+            shape: None,
+            held_shape: SMatrix::zeros(),
+        }
     }
 }
 
 /// What was found.
 #[derive(Clone, Debug)]
-pub struct SphereFit {
-    /// Everything that a sighted target has too; the target's attitude is held.
+pub struct RoundFit {
+    /// What was scanned.
+    pub target: RoundTarget,
+    /// Everything that a sighted target has too. What the target looks the same under is held, and its errors are in its own axes.
     pub pose: PoseFit,
     /// Radius, m: stated or estimated.
     pub radius_m: f64,
@@ -65,7 +83,7 @@ pub struct SphereFit {
     pub held_out: Option<HeldOut>,
 }
 
-/// Estimates everything from cuts (in the order of the path's stamps) of a sphere that stands still, or that the robot carries before a
+/// Estimates everything from cuts (in the order of the path's stamps) of a target that stands still, or that the robot carries before a
 /// sensor that stands still; then the path is `tool_from_base`.
 ///
 /// # Errors
@@ -75,14 +93,15 @@ pub fn calibrate(
     sheet: &SheetFrame,
     robot: RobotPath<'_>,
     noise: &ErrorModel,
-    options: &SphereOptions,
-) -> Result<SphereFit, Error> {
+    options: &RoundOptions,
+) -> Result<RoundFit, Error> {
     if cuts.len() < FEWEST {
         return Err(Error::TooFewSightings { found: cuts.len(), needed: FEWEST });
     }
-    let scan = Scan { cuts, sheet, robot, noise, radius_m: options.radius_m, shape: options.shape };
+    let row = options.target.row();
+    let scan = Scan { row, cuts, sheet, robot, noise, radius_m: options.radius_m, shape: options.shape };
     let answers = answers(&scan, options)?;
-    let mut fitted: Vec<SphereState> = Vec::new();
+    let mut fitted: Vec<RoundState> = Vec::new();
     let mut why = Error::NoCommonTime;
     for start in answers.into_iter().take(FITTED) {
         match converged(&scan, start, rounds()) {
@@ -95,23 +114,24 @@ pub fn calibrate(
     let best = *fitted.first().ok_or(why)?;
     let others = fitted.iter().skip(1).filter_map(|other| rival(&scan, &best, other));
     let runner_up = others.min_by(|a, b| a.z.total_cmp(&b.z));
-    let mut fit = concluded(&scan, &best, &options.held_shape)?;
+    let mut fit = concluded(&scan, &best, options)?;
     fit.pose.runner_up = runner_up;
     Ok(fit)
 }
 
 /// Answers that few cuts give from starts all around, each once, the likeliest first.
-fn answers(scan: &Scan<'_>, options: &SphereOptions) -> Result<Vec<SphereState>, Error> {
+fn answers(scan: &Scan<'_>, options: &RoundOptions) -> Result<Vec<RoundState>, Error> {
     let stride = scan.cuts.len().div_ceil(FEW).max(1);
-    let cuts: Vec<Cut> = scan.cuts.iter().step_by(stride).copied().collect();
+    let cuts: Vec<Cut> = scan.cuts.iter().step_by(stride).map(|cut| cut.thinned(FEW_POINTS)).collect();
     let stamps_s: Vec<f64> = scan.robot.stamps_s().iter().step_by(stride).copied().collect();
     let poses: Vec<Pose> = scan.robot.stops().iter().step_by(stride).copied().collect();
     let few = Scan { cuts: &cuts, robot: scan.robot.at_others(&stamps_s, &poses), ..*scan };
     let starts = match &options.guess {
+        _ if options.target != RoundTarget::Sphere => options.starts.clone(),
         Some((offset_s, hand_eye)) => start::with_hand_eye(&few, *offset_s, hand_eye).into_iter().collect(),
         None => start::starts(&few, &start::offsets_s(&few, options.reach_s)),
     };
-    let mut found: Vec<(f64, SphereState)> = Vec::new();
+    let mut found: Vec<(f64, RoundState)> = Vec::new();
     let mut why = Error::NoCommonTime;
     for start in starts {
         match converged(&few, start, &rounds()[..FEW_ROUNDS]) {
@@ -120,7 +140,7 @@ fn answers(scan: &Scan<'_>, options: &SphereOptions) -> Result<Vec<SphereState>,
         }
     }
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut each: Vec<SphereState> = Vec::new();
+    let mut each: Vec<RoundState> = Vec::new();
     for (_, state) in found {
         if each.iter().all(|other| !is_same(other, &state)) {
             each.push(state);
@@ -129,40 +149,42 @@ fn answers(scan: &Scan<'_>, options: &SphereOptions) -> Result<Vec<SphereState>,
     if each.is_empty() { Err(why) } else { Ok(each) }
 }
 
-fn is_same(a: &SphereState, b: &SphereState) -> bool {
+fn is_same(a: &RoundState, b: &RoundState) -> bool {
     (a.unknowns.time_offset_s - b.unknowns.time_offset_s).abs() < ONE_OFFSET_S
         && turn_between(a, b) < ONE_ATTITUDE_RAD
 }
 
-fn turn_between(a: &SphereState, b: &SphereState) -> f64 {
+fn turn_between(a: &RoundState, b: &RoundState) -> f64 {
     a.unknowns.tool_from_camera.rotation.angle_to(&b.unknowns.tool_from_camera.rotation)
 }
 
 /// Squared whitened residuals, no larger than those of outliers; `None` without a pose of the robot.
 fn capped<'a>(
     scan: &'a Scan<'_>,
-    state: &'a SphereState,
+    state: &'a RoundState,
     scale: f64,
 ) -> impl Iterator<Item = Option<f64>> + 'a {
-    let problem = SphereProblem::whitened(scan, state);
-    (0..scan.cuts.len())
-        .map(move |k| Some((problem.residual(k, state)?.norm_squared() / scale).min(OUTLIER_SQUARED)))
+    let problem = RoundProblem::whitened(scan, state);
+    (0..scan.cuts.len()).map(move |k| {
+        Some((problem.residual(k, state)?.norm_squared() / scale).min(scan.row.outlier_squared))
+    })
 }
 
 /// Sum of capped squares; a cut without a pose of the robot counts as an outlier.
-fn misfit(scan: &Scan<'_>, state: &SphereState) -> f64 {
-    capped(scan, state, 1.0).map(|square| square.unwrap_or(OUTLIER_SQUARED)).sum()
+fn misfit(scan: &Scan<'_>, state: &RoundState) -> f64 {
+    capped(scan, state, 1.0).map(|square| square.unwrap_or(scan.row.outlier_squared)).sum()
 }
 
-fn rival(scan: &Scan<'_>, best: &SphereState, other: &SphereState) -> Option<OtherOffset> {
-    let scale = [best, other].map(|state| SphereProblem::whitened(scan, state).scale(state));
+fn rival(scan: &Scan<'_>, best: &RoundState, other: &RoundState) -> Option<OtherOffset> {
+    let scale = [best, other].map(|state| RoundProblem::whitened(scan, state).scale(state));
     let scale = scale[0].min(scale[1]);
     let squares = [best, other].map(|state| capped(scan, state, scale).collect::<Vec<_>>());
     let [of_best, of_other] = &squares;
     let differences: Vec<f64> =
         of_best.iter().zip(of_other).filter_map(|(best, other)| Some((*other)? - (*best)?)).collect();
     let explained = |all: &[Option<f64>]| {
-        all.iter().flatten().filter(|square| **square < OUTLIER_SQUARED).count() as f64 / all.len() as f64
+        all.iter().flatten().filter(|square| **square < scan.row.outlier_squared).count() as f64
+            / all.len() as f64
     };
     Some(OtherOffset {
         time_offset_s: other.unknowns.time_offset_s,
@@ -211,11 +233,7 @@ fn of_target(
     Some(SMatrix::from_fn(|i, j| hessian[(i, j)] - taken[(i, j)]))
 }
 
-fn concluded(
-    scan: &Scan<'_>,
-    best: &SphereState,
-    held_shape: &SMatrix<f64, 5, 5>,
-) -> Result<SphereFit, Error> {
+fn concluded(scan: &Scan<'_>, best: &RoundState, options: &RoundOptions) -> Result<RoundFit, Error> {
     let (state, problem) = converged(scan, *best, rounds())?;
     let mut equations = NormalEquations::zeros(SIZE);
     problem.linearize(&state, &mut equations);
@@ -224,19 +242,17 @@ fn concluded(
     }
     let held = scan.held();
     let held_of_target: Vec<usize> = held.iter().copied().filter(|k| *k < RADIUS).collect();
-    let residuals: Vec<Option<Vector3<f64>>> =
-        (0..scan.cuts.len()).map(|k| problem.residual(k, &state)).collect();
-    let counting: Vec<Vector3<f64>> = problem.counting().filter_map(|k| residuals[k]).collect();
+    let residuals: Vec<Option<Rows>> = (0..scan.cuts.len()).map(|k| problem.residual(k, &state)).collect();
+    let counting: Vec<Rows> = problem.counting().filter_map(|k| residuals[k]).collect();
     let freedom = freedom(scan, counting.len());
     let squares_per_freedom = 2.0 * equations.cost / freedom;
-    let lasting = if scan.robot.stamps_s().is_empty() { 1.0 } else { lasting(&counting, Vector3::dot) };
+    let lasting = if scan.robot.stamps_s().is_empty() { 1.0 } else { lasting(&counting, Rows::dot) };
     let factor = squares_per_freedom.max(1.0) * lasting;
     let information = of_target(&equations.hessian, &held).ok_or(Error::NotFixed)? / factor;
     let with_rates = |k: usize, shift_s: f64| {
         let tool = scan.robot.at(k, state.unknowns.time_offset_s)?;
         let tool = with_rates_of(&tool, &scan.robot.at(k, state.unknowns.time_offset_s + shift_s)?);
-        let jacobian = model::jacobian(&scan.cuts[k], scan.sheet, &tool, &state);
-        Some(problem.whitening[k] * jacobian.column(TIME_OFFSET))
+        Some(problem.whitening[k] * scan.follows(k, &tool, &state).unknowns.column(TIME_OFFSET))
     };
     let of_time = shared(problem.counting(), with_rates) / factor;
     let (hidden, of_noise) =
@@ -262,12 +278,13 @@ fn concluded(
         scale: None,
         used: problem.used,
     };
-    Ok(SphereFit {
+    Ok(RoundFit {
+        target: options.target,
         pose,
         radius_m: state.radius_m,
         radius_sigma_m: scan.radius_m.is_none().then(|| sigma(RADIUS)),
         shape: scan.shape.map(|_| [state.shape, shape_sigma]),
-        of_sensor: of_held_shape(&equations.hessian, &all, held_shape),
+        of_sensor: of_held_shape(&equations.hessian, &all, &options.held_shape),
         held_out,
     })
 }
@@ -275,7 +292,7 @@ fn concluded(
 /// Readings less unknowns, one at the least. A shape with a prior brings as many readings as unknowns.
 fn freedom(scan: &Scan<'_>, counting: usize) -> f64 {
     let estimated = SIZE - scan.held().len() - if scan.shape.is_some() { SIZE - SHAPE } else { 0 };
-    ((3 * counting) as f64 - estimated as f64).max(1.0)
+    ((scan.row.rows * counting) as f64 - estimated as f64).max(1.0)
 }
 
 /// What the target's unknowns owe to a shape that is held and uncertain: S P Sᵀ with S = −C JᵀJ_s.
@@ -291,9 +308,9 @@ fn of_held_shape(
 
 /// How the estimate follows an error of the robot's pose at a cut; `None` of one that does not count.
 fn d_robot(
-    problem: &SphereProblem<'_>,
+    problem: &RoundProblem<'_>,
     k: usize,
-    at: &SphereState,
+    at: &RoundState,
     covariance: &SMatrix<f64, SIZE, SIZE>,
 ) -> Option<SMatrix<f64, { unknowns::SIZE }, 6>> {
     if !problem.used[k] {
@@ -301,9 +318,9 @@ fn d_robot(
     }
     let scan = &problem.scan;
     let tool = scan.tool(k, at)?;
-    let (_, jacobian) = problem.linearized(k, at)?;
-    let d_robot = model::d_robot(&scan.cuts[k], scan.sheet, &tool, scan.noise, at);
-    let follows = -covariance * jacobian.transpose() * problem.whitening[k] * d_robot;
+    let Follows { unknowns, robot, .. } = scan.follows(k, &tool, at);
+    let information = problem.whitening[k].transpose() * problem.whitening[k];
+    let follows = -covariance * unknowns.transpose() * information * robot;
     Some(follows.fixed_rows::<{ unknowns::SIZE }>(0).into_owned())
 }
 
