@@ -3,7 +3,6 @@
 use crate::dialect::plain_csv;
 use crate::encoder_log::EncoderLog;
 use crate::error::{Error, Problem};
-use crate::folder_profiles::FolderProfiles;
 pub use crate::folder_writing::{
     replace_features, replace_stripes, write, write_profiles, write_sensors, write_whole,
 };
@@ -294,14 +293,6 @@ pub fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<()
         return Err(Error::in_file(file, problem));
     }
     Ok(())
-}
-
-/// Reads the profiles of a dataset folder alone, features or not; `None` if it has none.
-///
-/// # Errors
-/// An unusable file, or a sensor that is not a profiler.
-pub fn read_profiles(folder: &Path) -> Result<Option<Vec<Profile>>, Error> {
-    FolderProfiles::of(folder)?.map(|profiles| profiles.read()).transpose()
 }
 
 /// Profiles need a profiler.

@@ -11,6 +11,14 @@ use crate::stop_poses::{Pairing, StopPoses};
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Reads the profiles of a dataset folder alone, features or not; `None` if it has none.
+///
+/// # Errors
+/// An unusable file, or a sensor that is not a profiler.
+pub fn read(folder: &Path) -> Result<Option<Vec<Profile>>, Error> {
+    FolderProfiles::of(folder)?.map(|profiles| profiles.read()).transpose()
+}
+
 /// The profiles of a folder.
 #[derive(Debug)]
 pub struct FolderProfiles {
@@ -39,7 +47,7 @@ impl FolderProfiles {
     ///
     /// # Errors
     /// Unusable content.
-    pub(crate) fn read(&self) -> Result<Vec<Profile>, Error> {
+    fn read(&self) -> Result<Vec<Profile>, Error> {
         self.file.read(&mut Vec::new(), self.pairing())
     }
 

@@ -6,7 +6,7 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-use trueline_dataset::folder_profiles::FolderProfiles;
+use trueline_dataset::folder_profiles::{self, FolderProfiles};
 use trueline_dataset::{Profile, ProfileForm, ProfilePoint, folder};
 
 #[global_allocator]
@@ -80,7 +80,7 @@ fn they_are_those_of_the_whole_file_and_a_hash_is_that_of_its_bytes() {
             profile.points[3] = ProfilePoint { x_m: 0.0, z_m: 0.0, intensity: Some(0.0) };
         }
         write(dir.path(), &all, form);
-        let whole = folder::read_profiles(dir.path()).unwrap().unwrap();
+        let whole = folder_profiles::read(dir.path()).unwrap().unwrap();
         let mut one_by_one = Vec::new();
         let profiles = FolderProfiles::of(dir.path()).unwrap().unwrap();
         let mut keep = |profile| {

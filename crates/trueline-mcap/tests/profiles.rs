@@ -9,7 +9,7 @@ use foxglove::messages::{PackedElementField, PointCloud, packed_element_field::N
 use prost::Message;
 use std::ops::ControlFlow;
 use std::path::Path;
-use trueline_dataset::{Sensor, folder};
+use trueline_dataset::{Sensor, folder_profiles};
 use trueline_mcap::message::decode;
 use trueline_mcap::{
     Choice, Content, ContentError, DatasetFolder, Entry, FrameEntry, ImportError, ProfileEntry, Recorder,
@@ -68,7 +68,7 @@ fn what_was_recorded_comes_back_without_the_columns_that_saw_nothing() {
     assert!(imported.notes.iter().any(|note| note == told), "{:?}", imported.notes);
     let out = dir.path().join("dataset");
     DatasetFolder::begin(&out, false).unwrap().write(&imported).unwrap();
-    assert_eq!(folder::read_profiles(&out).unwrap().unwrap().len(), 19);
+    assert_eq!(folder_profiles::read(&out).unwrap().unwrap().len(), 19);
     // Profiles have no time of a common clock: stamps of two clocks would be mixed.
     let ptp = Choice { clock: StampClock::Ptp, ..Choice::default() };
     assert!(matches!(import(&file, &ptp), Err(ImportError::NoPtp { .. })));

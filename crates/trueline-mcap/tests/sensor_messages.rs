@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::path::{Path, PathBuf};
-use trueline_dataset::{PictureSource, Pixels, Sensor, folder};
+use trueline_dataset::{PictureSource, Pixels, Sensor, folder_profiles};
 use trueline_mcap::{Choice, ContentError, DatasetFolder, ImportError, Imported, import};
 
 const T0: i64 = 1_700_000_000_000_000_000;
@@ -40,7 +40,7 @@ fn a_point_cloud_of_one_row_is_a_profile_and_odometry_is_a_pose() {
         .unwrap()
         .write(&import(&fixture("cloud_odometry"), &Choice::default()).unwrap())
         .unwrap();
-    assert_eq!(folder::read_profiles(&out).unwrap().unwrap().len(), 20);
+    assert_eq!(folder_profiles::read(&out).unwrap().unwrap().len(), 20);
 }
 
 #[test]

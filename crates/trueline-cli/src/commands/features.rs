@@ -6,7 +6,7 @@ use crate::pictures::{self, OverlayChoice, PictureOptions};
 use crate::{opening, output, picture_report};
 use std::process::ExitCode;
 use trueline_dataset::picture_names::{self, NamedFrames, PictureStamps};
-use trueline_dataset::{Profile, folder, images};
+use trueline_dataset::{Profile, folder, folder_profiles, images};
 use trueline_report::picture_page;
 use trueline_vision::rare_joint::is_rare;
 use trueline_vision::{PictureRegion, StripeChoice};
@@ -17,7 +17,7 @@ pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         return Err(opening::not_a_folder(&args.dataset));
     }
     if !images::are_named_in(&args.dataset)?
-        && let Some(profiles) = folder::read_profiles(&args.dataset)?
+        && let Some(profiles) = folder_profiles::read(&args.dataset)?
     {
         return of_profiles(args, &profiles);
     }
