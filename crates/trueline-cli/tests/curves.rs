@@ -309,7 +309,7 @@ fn a_curved_weld_is_watched() {
     assert!(code(&output) == 0 && words.contains("no change seen in"), "{words}");
 }
 
-/// A part that is clamped again between passes is answered right with the scatter of its fixture, and only with that.
+/// A part that is clamped again between passes is answered right with the scatter of its fixture.
 #[test]
 fn a_part_that_is_clamped_again_is_calibrated_with_the_scatter_of_its_fixture() {
     let dir = tempfile::tempdir().unwrap();
@@ -320,11 +320,4 @@ fn a_part_that_is_clamped_again_is_calibrated_with_the_scatter_of_its_fixture() 
     // Four numbers beyond four standard deviations: one run in 4,000.
     assert!(off_in_sigmas(&known, &truth(&folder.join("clamped"))) < 4.0, "{known:#}");
     assert_eq!(known["options"]["part_moves"]["shift_mm"], 0.3);
-    // The moves look like noise, five times that of the profiler.
-    let output =
-        trueline(folder, &[&["calibrate"][..], &ideal, &["--json", "fixed.json", "--quiet"]].concat());
-    let fixed: Value = serde_json::from_slice(&fs::read(folder.join("fixed.json")).unwrap()).unwrap();
-    let sigma_s = |of: &Value| of["sigma"]["time_offset_s"].as_f64();
-    let is_surer = sigma_s(&fixed).is_none_or(|fixed_s| fixed_s > 2.0 * sigma_s(&known).unwrap());
-    assert!(code(&output) == 1 || is_surer, "{}", words(&output));
 }
