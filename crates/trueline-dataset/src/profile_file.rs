@@ -89,12 +89,12 @@ impl ProfileFile {
     /// # Errors
     /// Error of the operating system.
     pub(crate) fn sha256(&self) -> Result<String, Error> {
-        self.from_its_begin()
+        self.rewound()
             .and_then(sha256_of)
             .map_err(|error| Error::in_file(&self.path, Problem::Io(error)))
     }
 
-    fn from_its_begin(&self) -> std::io::Result<&File> {
+    fn rewound(&self) -> std::io::Result<&File> {
         (&self.file).rewind().map(|()| &self.file)
     }
 
@@ -145,7 +145,7 @@ impl ProfileFile {
         pairing: Pairing<'_>,
         each: &mut EachProfile<'_>,
     ) -> Result<(), Error> {
-        let file = self.from_its_begin().map_err(|error| Error::in_file(&self.path, Problem::Io(error)))?;
+        let file = self.rewound().map_err(|error| Error::in_file(&self.path, Problem::Io(error)))?;
         match self.form {
             ProfileForm::Parquet if pairing.stops.is_some() => {
                 let hint = "write profiles.csv in its place, with a column `stop`";
