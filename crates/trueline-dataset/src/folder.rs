@@ -1,5 +1,6 @@
 //! The dataset folder: `sensor.toml`, `robot.csv`, `features.csv` and their optional companions.
 
+use crate::axes::AxisRecord;
 use crate::dialect::plain_csv;
 use crate::encoder_log::EncoderLog;
 use crate::error::{Error, Problem};
@@ -68,6 +69,18 @@ pub fn read_with_features(folder: &Path, found: FoundSeams) -> Result<Recording,
     Ok(read_folder(folder, Some(found), true)?.recording)
 }
 
+/// The axes of a dataset, with a position at each feature.
+fn axes_of(
+    folder: &Path,
+    stops: Option<&StopPoses>,
+    features: &[Feature],
+    inputs: &mut BTreeMap<String, String>,
+) -> Result<Vec<AxisRecord>, Error> {
+    let axes = axes_folder::of_dataset([folder, robot_folder(folder)], stops, inputs)?;
+    axes_folder::check_readings(folder, &axes, features.iter().map(|feature| feature.stamp_ns))?;
+    Ok(axes)
+}
+
 fn read_folder(
     folder: &Path,
     found: Option<FoundSeams>,
@@ -86,11 +99,9 @@ fn read_folder(
     let look_at_profiles = found.is_none() && features_text.is_none() && !folder.join("stripes.csv").exists();
     let profile_file = if look_at_profiles { ProfileFile::of(folder)? } else { None };
     let stripes_text = if found.is_none() && profile_file.is_none() { load("stripes.csv")? } else { None };
-    let initial_text = load("initial.toml")?;
-    let truth_text = load("truth.toml")?;
+    let [initial_text, truth_text] = [load("initial.toml")?, load("truth.toml")?];
 
-    let path = |name: &str| folder.join(name);
-    let sensor_path = path("sensor.toml");
+    let sensor_path = folder.join("sensor.toml");
     let SensorFile { sensor, setup } =
         sensor_toml::parse_file(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
     refuse_what_is_not_applied(&sensor_path, &setup)?;
@@ -115,8 +126,8 @@ fn read_folder(
             tables.read(&sensor, pairing, &mut notes)?
         }
     };
-    let initial = parsed(&path("initial.toml"), initial_text, known_toml::parse_guess)?;
-    let truth = parsed(&path("truth.toml"), truth_text, known_toml::parse_truth)?;
+    let initial = parsed(&folder.join("initial.toml"), initial_text, known_toml::parse_guess)?;
+    let truth = parsed(&folder.join("truth.toml"), truth_text, known_toml::parse_truth)?;
     if let Some(stops) = &stops {
         inputs.insert(stop_poses::FILE.to_owned(), stops.sha256.clone());
         if !is_found && (reads_profiles || !features.is_empty() || !stripes.is_empty()) {
@@ -124,8 +135,7 @@ fn read_folder(
         }
         notes.extend(unused_beside_stops(folder));
     }
-    let axes = axes_folder::of_dataset([folder, robot_folder(folder)], stops.as_ref(), &mut inputs)?;
-    axes_folder::check_readings(folder, &axes, features.iter().map(|feature| feature.stamp_ns))?;
+    let axes = axes_of(folder, stops.as_ref(), &features, &mut inputs)?;
     let recording = Recording {
         stripes,
         initial,

@@ -89,9 +89,7 @@ impl ProfileFile {
     /// # Errors
     /// Error of the operating system.
     pub(crate) fn sha256(&self) -> Result<String, Error> {
-        self.rewound()
-            .and_then(sha256_of)
-            .map_err(|error| Error::in_file(&self.path, Problem::Io(error)))
+        self.rewound().and_then(sha256_of).map_err(|error| Error::in_file(&self.path, Problem::Io(error)))
     }
 
     fn rewound(&self) -> std::io::Result<&File> {
