@@ -1,5 +1,6 @@
 //! How long a profile of 2048 points takes: a histogram of single calls with its tail. Calls during which the kernel gave the processor to
-//! another program are counted apart, where the kernel tells (Linux): they show that program, not this one.
+//! another program are counted apart, where the kernel tells (Linux): they show that program, not this one. Arithmetic of the same length
+//! shows the machine's own tail.
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -59,8 +60,33 @@ fn pose(k: i64) -> Pose {
 }
 
 fn main() {
-    run("a profile", Vec::new());
-    run("a profile, with a table and a track", axes());
+    run("a profile of 2048 points", Vec::new());
+    run("a profile of 2048 points, with a table and a track", axes());
+    control();
+}
+
+/// Steps of the control's arithmetic: about as long as a profile.
+const CONTROL_STEPS: u64 = 7_000;
+
+/// The tail of this machine: arithmetic that touches no memory and takes as long each time. What it takes longer is the machine's.
+fn control() {
+    let (mut times_ns, mut turns) = (Vec::with_capacity(CALLS), Turns::new());
+    let mut interrupted = 0;
+    for k in 0..CALLS as u64 {
+        let turn = turns.count();
+        let begun = Instant::now();
+        black_box(
+            (0..CONTROL_STEPS)
+                .fold(k, |sum, step| sum.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(step)),
+        );
+        let time_ns = begun.elapsed().as_nanos();
+        if turns.count() == turn {
+            times_ns.push(time_ns);
+        } else {
+            interrupted += 1;
+        }
+    }
+    tell("arithmetic of the same length instead", &mut times_ns, interrupted);
 }
 
 fn run(what: &str, axes: Vec<ExternalAxis>) {
@@ -115,7 +141,7 @@ fn tell(what: &str, times_ns: &mut [u128], interrupted: usize) {
     let calls = times_ns.len();
     let at_us = |quantile: f64| times_ns[(quantile * (calls - 1) as f64) as usize] as f64 * 1e-3;
     println!(
-        "{what} of {POINTS} points: 1 % {:.2} µs, 50 % {:.2} µs, 99 % {:.2} µs, 99.9 % {:.2} µs of {calls} calls; {interrupted} more were interrupted",
+        "{what}: 1 % {:.2} µs, 50 % {:.2} µs, 99 % {:.2} µs, 99.9 % {:.2} µs of {calls} calls; {interrupted} more were interrupted",
         at_us(0.01),
         at_us(0.5),
         at_us(0.99),
