@@ -66,7 +66,7 @@ fn main() {
 }
 
 /// Steps of the control's arithmetic: about as long as a profile.
-const CONTROL_STEPS: u64 = 7_000;
+const CONTROL_STEPS: u64 = 48_000;
 
 /// The tail of this machine: arithmetic that touches no memory and takes as long each time. What it takes longer is the machine's.
 fn control() {
