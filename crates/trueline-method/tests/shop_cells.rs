@@ -11,7 +11,7 @@ mod judge;
 
 use trueline_dataset::Recording;
 use trueline_method::stripe::outcome::Because;
-use trueline_method::{Config, Measurements, calibrate};
+use trueline_method::{Config, Measurements, Reason, calibrate};
 use trueline_sim::shop::{Level, Shop, ShopCell};
 
 /// Noise for which a scan's bound is stated: that of its features, in the sheet, m. A camera's pixel is smaller.
@@ -89,4 +89,19 @@ fn stripes_with_correlated_noise_are_not_the_default_answer() {
     };
     assert_eq!(outcome(Measurements::Auto), (Measurements::Seam, Because::NoiseLasts));
     assert_eq!(outcome(Measurements::Stripe), (Measurements::Stripe, Because::Asked));
+}
+
+/// A curve can follow the robot's lag and other errors of a straight seam. It must not take the place of a line that is refused.
+#[test]
+fn a_straight_seam_in_a_shop_is_not_mistaken_for_a_curve() {
+    // Commanded poses with a lag of 60 ms; a hand-taught path of 10 s with 9° of tilt, a fifth of its readings on other edges.
+    for seed in [9086, 9077] {
+        let cell = Shop::new(Level::Ordinary, seed).cast().unwrap();
+        let found = calibrate(&cell.recording, None, &Config::default()).unwrap();
+        assert!(found.findings.curve.is_none(), "{seed}: {:?}", found.reasons());
+        let true_reason = |reason: &Reason| {
+            matches!(reason, Reason::ResidualsTooLarge { .. } | Reason::SeamErrorTooLarge { .. })
+        };
+        assert!(found.reasons().iter().any(true_reason), "{seed}: {:?}", found.reasons());
+    }
 }

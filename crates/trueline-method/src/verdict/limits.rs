@@ -1,7 +1,7 @@
 //! Every threshold of the verdict, in one place.
 
 /// Noise factor above which the residuals are not noise: something is wrong with the data or the frames.
-pub(super) const NOISE_FACTOR: f64 = 3.0;
+pub(crate) const NOISE_FACTOR: f64 = 3.0;
 /// Noise factor above which no edge explains the residuals, even if they look like noise. Real welds reach some ten.
 pub(super) const MOST_NOISE_FACTOR: f64 = 20.0;
 /// Noise factors outside this range differ from the expected noise enough for a warning.

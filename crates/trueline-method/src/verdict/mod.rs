@@ -15,6 +15,7 @@ mod warning;
 mod warning_words;
 
 pub use hidden_axis::hidden_of_axis;
+pub(crate) use limits::NOISE_FACTOR;
 pub(crate) use mistake::residuals_are_too_large;
 pub use quantity::{Axis, Quantity};
 pub use reason::{Answer, Reason};

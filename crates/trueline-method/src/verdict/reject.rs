@@ -1,7 +1,8 @@
 //! The criteria for acceptance.
 
 use super::limits::{
-    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_LEFT_OUT, MOST_OFF_CURVE, OUTLIERS,
+    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_LEFT_OUT, MOST_NOISE_FACTOR,
+    MOST_OFF_CURVE, OUTLIERS,
 };
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
@@ -109,6 +110,9 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
     let outliers = f.outliers();
     if outliers.share() > MOST_OFF_CURVE {
         reasons.push(Reason::TooManyOutliers { outliers });
+    }
+    if f.fit.noise_factor > MOST_NOISE_FACTOR {
+        reasons.push(too_large(f));
     }
     reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
     reasons.extend(other_minima(f));

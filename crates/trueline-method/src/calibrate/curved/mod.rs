@@ -109,9 +109,7 @@ fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
 /// The line's answer, with the reason that no curve was tested. A motion that is insufficient for a line is insufficient for a
 /// curve.
 pub(crate) fn untried(line: Calibration, why: &'static str) -> Calibration {
-    let is_misfit =
-        |reason: &Reason| matches!(reason, Reason::ResidualsTooLarge { .. } | Reason::TooManyOutliers { .. });
-    if !line.reasons().iter().any(is_misfit) {
+    if !is_misfit(&line) {
         return line;
     }
     let findings = Findings { curve_untried: Some(why), ..line.findings };
@@ -172,6 +170,13 @@ fn is_refused(line: &Calibration) -> bool {
     line.reasons().iter().any(of_structure)
 }
 
+/// Whether the line does not explain the readings.
+fn is_misfit(line: &Calibration) -> bool {
+    let of_misfit =
+        |reason: &Reason| matches!(reason, Reason::ResidualsTooLarge { .. } | Reason::TooManyOutliers { .. });
+    line.reasons().iter().any(of_misfit)
+}
+
 fn is_bowed(line: &Calibration) -> bool {
     let bow_m = |bow: &trueline_model::Curvature| bow.bow_m[0].hypot(bow.bow_m[1]);
     line.best_fit().curvatures.iter().any(|bow| bow_m(bow) > BOWED_M)
@@ -180,8 +185,11 @@ fn is_bowed(line: &Calibration) -> bool {
 /// The parabola underestimates the uncertainty of an arc. Whatever the curve leaves open is therefore open. A line that fits is refused for
 /// unobservable directions, and a curve does not make these observable.
 fn is_better(line: &Calibration, answer: &Answered) -> bool {
-    // In one pass a curve can follow a lag, a wrong laser plane or robot errors. It counts only if it clearly bends.
-    if answer.curve.is_one_pass && bends_m(&answer.curve.points_m) < BOWED_M {
+    // In one pass a curve can follow a lag, a wrong laser plane or robot errors, and in several passes part of them. A curve that hardly bends
+    // counts only if it explains all, and a single pass only if the line does not fit.
+    let bends = bends_m(&answer.curve.points_m) > BOWED_M;
+    let explains_all = !answer.curve.is_one_pass && answer.finished.factor < verdict::NOISE_FACTOR;
+    if !(bends || explains_all) || answer.curve.is_one_pass && !is_misfit(line) {
         return false;
     }
     if !is_refused(line) {
