@@ -212,31 +212,48 @@ impl ModelTried {
     }
 }
 
-/// The models of an adjustment that started at a fit and estimates these blocks beside its unknowns, with the robot's lag (s) and minus twice the
-/// log likelihood of each. The answer comes first.
-pub(crate) fn of_adjustment(
-    begun: &ModelTried,
-    blocks: &[Block],
-    tried: &[(f64, f64)],
-    taken_lag_s: f64,
-) -> Vec<ModelTried> {
-    let of = |(lag_s, twice_negative_log): &(f64, f64)| {
-        let because = match (*lag_s == taken_lag_s, *lag_s > 0.0) {
+/// A lag of the robot behind its recorded poses that was tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TriedLag {
+    /// That of all joints, s.
+    pub lag_s: f64,
+    /// Whether each joint has its own beside it.
+    pub of_joints: bool,
+    /// Minus twice the log likelihood.
+    pub twice_negative_log: f64,
+}
+
+impl TriedLag {
+    /// Whether both are one model.
+    pub(crate) fn is_of(&self, other: &Self) -> bool {
+        (self.lag_s, self.of_joints) == (other.lag_s, other.of_joints)
+    }
+
+    fn is_none(&self) -> bool {
+        self.lag_s == 0.0 && !self.of_joints
+    }
+}
+
+/// The models of an adjustment that started at a fit and estimates these blocks beside its unknowns, by the lag of the robot. The first is the
+/// answer.
+pub(crate) fn of_adjustment(begun: &ModelTried, blocks: &[Block], tried: &[TriedLag]) -> Vec<ModelTried> {
+    let of = |(place, lag): (usize, &TriedLag)| {
+        let because = match (place == 0, !lag.is_none()) {
             (true, false) => Because::Asked,
             (true, true) => Because::ResidualsShowLag,
             (false, _) => Because::TestsLag,
         };
         let adjusted = begun.with(|block| match block {
-            Block::PoseLag => Some(role(*lag_s > 0.0, false)),
+            Block::PoseLag => Some(role(!lag.is_none(), false)),
             Block::SeamForm | Block::Detector | Block::Robot | Block::Axes => {
                 Some(role(blocks.contains(&block), false))
             }
             _ => None,
         });
-        ModelTried { because, robot_lag_s: *lag_s, log_evidence: -0.5 * twice_negative_log, ..adjusted }
+        let log_evidence = -0.5 * lag.twice_negative_log;
+        ModelTried { because, robot_lag_s: lag.lag_s, log_evidence, ..adjusted }
     };
-    let mut models: Vec<ModelTried> = tried.iter().map(of).collect();
-    models.sort_by_key(|model| !model.because.is_taken());
+    let mut models: Vec<ModelTried> = tried.iter().enumerate().map(of).collect();
     let is_of_errors = |block| matches!(block, Block::Detector | Block::EdgeRadius | Block::Robot);
     let alone = begun.with(|block| is_of_errors(block).then_some(Role::Held));
     models.push(ModelTried { because: Because::NoiseAlone, ..alone });

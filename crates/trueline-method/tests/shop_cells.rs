@@ -11,7 +11,7 @@ mod judge;
 
 use trueline_dataset::Recording;
 use trueline_method::stripe::outcome::Because;
-use trueline_method::{Config, Measurements, Reason, calibrate};
+use trueline_method::{Config, Measurements, Reason, Warning, calibrate};
 use trueline_sim::shop::{Level, Shop, ShopCell};
 
 /// Noise for which a scan's bound is stated: that of its features, in the sheet, m. A camera's pixel is smaller.
@@ -91,17 +91,30 @@ fn stripes_with_correlated_noise_are_not_the_default_answer() {
     assert_eq!(outcome(Measurements::Stripe), (Measurements::Stripe, Because::Asked));
 }
 
-/// A curve can follow the robot's lag and other errors of a straight seam. It must not take the place of a line that is refused.
+/// A curve can follow the lag of a robot and other errors of a straight seam. It must not take the place of a line.
 #[test]
 fn a_straight_seam_in_a_shop_is_not_mistaken_for_a_curve() {
-    // Commanded poses with a lag of 60 ms; a hand-taught path of 10 s with 9° of tilt, a fifth of its readings on other edges.
-    for seed in [9086, 9077] {
+    // A hand-taught path of 10 s with 9° of tilt, a fifth of its readings on other edges.
+    let cell = Shop::new(Level::Ordinary, 9077).cast().unwrap();
+    let found = calibrate(&cell.recording, None, &Config::default()).unwrap();
+    assert!(found.findings.curve.is_none(), "{:?}", found.reasons());
+    let is_true = |reason: &Reason| matches!(reason, Reason::SeamErrorTooLarge { .. });
+    assert!(found.reasons().iter().any(is_true), "{:?}", found.reasons());
+}
+
+/// In logs of commanded poses each joint lags by its own time. Without that, residuals are 16 to 23 times the noise, and the time offset is up to
+/// 4 ms off.
+#[test]
+fn joints_that_lag_by_different_times_are_explained() {
+    // Lags of 60, 24 and 55 ms, with 8 % between the joints.
+    for seed in [9086, 20224, 20168] {
         let cell = Shop::new(Level::Ordinary, seed).cast().unwrap();
-        let found = calibrate(&cell.recording, None, &Config::default()).unwrap();
-        assert!(found.findings.curve.is_none(), "{seed}: {:?}", found.reasons());
-        let true_reason = |reason: &Reason| {
-            matches!(reason, Reason::ResidualsTooLarge { .. } | Reason::SeamErrorTooLarge { .. })
-        };
-        assert!(found.reasons().iter().any(true_reason), "{seed}: {:?}", found.reasons());
+        let found = calibrate(&cell.recording, cell.recording.initial.as_ref(), &Config::default()).unwrap();
+        let judged = judge::judged(&cell, &found);
+        let is_lag = |warning: &Warning| matches!(warning, Warning::JointLags { .. });
+        assert!(found.warnings().iter().any(is_lag), "{seed}: {:?}", found.warnings());
+        assert!(judged.accepted && found.findings.curve.is_none(), "{}", judged.in_words());
+        let (off, said) = (judged.true_mm().unwrap(), judged.said_mm.unwrap());
+        assert!(off < 3.0 * said, "{}", judged.in_words());
     }
 }

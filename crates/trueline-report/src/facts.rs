@@ -139,7 +139,9 @@ fn of_adjustment(warning: &Warning) -> Value {
             json!({ "span_s": span_s, "features": features, "beside_mm": beside_m * MM_PER_M })
         }
         Warning::OutlierStretch { span_s, features } => json!({ "span_s": span_s, "features": features }),
-        Warning::WavySeam { rms_m } | Warning::RobotMoves { rms_m } => json!({ "rms_mm": rms_m * MM_PER_M }),
+        Warning::WavySeam { rms_m } | Warning::RobotMoves { rms_m } | Warning::JointLags { rms_m } => {
+            json!({ "rms_mm": rms_m * MM_PER_M })
+        }
         Warning::ClockStep { at_s, step_s } => json!({ "at_s": at_s, "step_s": step_s }),
         Warning::KnotsNearWeave { spacing_m, weave_m } => {
             json!({ "spacing_mm": spacing_m * MM_PER_M, "weave_mm": weave_m * MM_PER_M })
@@ -200,6 +202,7 @@ fn warning_values(warning: &Warning) -> Value {
         | Warning::OutlierStretch { .. }
         | Warning::WavySeam { .. }
         | Warning::RobotMoves { .. }
+        | Warning::JointLags { .. }
         | Warning::ClockStep { .. }
         | Warning::KnotsNearWeave { .. }
         | Warning::CurveUntried { .. }

@@ -38,6 +38,7 @@ const WORST_ACCURACY_M: f64 = 1.5e-3;
 const BEYOND: f64 = 0.002;
 
 /// Inputs of an adjustment beside a problem and a state.
+#[derive(Clone, Copy)]
 pub(crate) struct Settings<'a> {
     /// Components of the tangent that are held.
     pub fixed: &'a [usize],
@@ -53,6 +54,8 @@ pub(crate) struct Settings<'a> {
     pub step: Option<(f64, f64)>,
     /// Lag of the robot behind the poses of the problem, as assumed there, s. 0 for none.
     pub lag_s: f64,
+    /// Prior standard deviation of the joints' own lags, s. 0 for none.
+    pub joint_lags_s: f64,
     /// Prior standard deviation of each number of the external axes, SI. Empty without axes.
     pub axis_sigmas: &'a [f64],
     /// Threads that share the work.
@@ -80,6 +83,8 @@ pub struct Amplitudes {
     pub squared_lag_s2: (f64, f64),
     /// The assumed lag, s.
     pub lag_s: f64,
+    /// RMS of what the joints' own lags move across the seam, m. `None` if they were not estimated.
+    pub joint_lags_m: Option<f64>,
     /// A step of the time offset, estimated beside all blocks, and its standard deviation, s. `None` if the residuals from noise alone show no step.
     pub step_s: Option<(f64, f64)>,
     /// Frames that were left out, among those used.
@@ -242,6 +247,10 @@ fn add_blocks(
     if settings.lag_s > 0.0 {
         add(Kind::Lag { taken_s: settings.lag_s, sigma_s: LAG_SIGMA_S }, Amplitude::HELD);
     }
+    if settings.joint_lags_s > 0.0 {
+        let bounds = [LEAST_JOINT_LAGS.powi(2), MOST_JOINT_LAGS.powi(2)];
+        add(Kind::JointLags { sigma_s: settings.joint_lags_s }, Amplitude { theta: 1.0, bounds });
+    }
     if settings.levels.feature_bias_px > 0.0 {
         add(Kind::Detector { sigma_px: settings.levels.feature_bias_px }, Amplitude::HELD);
     }
@@ -258,6 +267,10 @@ fn add_blocks(
         }
     }
 }
+
+/// Least and largest lags of joints, in multiples of the expected ones.
+const LEAST_JOINT_LAGS: f64 = 0.1;
+const MOST_JOINT_LAGS: f64 = 5.0;
 
 /// Least form as a fraction of the expected form, because zero has no logarithm.
 const LEAST_FORM: f64 = 1e-3;
@@ -295,7 +308,7 @@ fn answer(
             Kind::Form { .. } => ShareOf::SeamForm,
             Kind::Robot(_) => ShareOf::Robot,
             Kind::Detector { .. } => ShareOf::Detector,
-            Kind::Lag { .. } => ShareOf::PoseLag,
+            Kind::Lag { .. } | Kind::JointLags { .. } => ShareOf::PoseLag,
             Kind::Axes { .. } => ShareOf::Axes,
             Kind::Step { .. } => ShareOf::Stamps,
         };
@@ -389,7 +402,7 @@ fn step(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Option<(f64, f64)> 
 
 fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitudes {
     let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
-    let (mut form, mut robot, mut count) = (0.0, 0.0, 0.0);
+    let (mut form, mut robot, mut joints, mut count) = (0.0, 0.0, 0.0, 0.0);
     for (frame, weight) in frames.iter().zip(&adjustment.weights) {
         let Some(frame) = frame.as_ref().filter(|_| *weight > 0.0) else { continue };
         count += 1.0;
@@ -399,6 +412,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
             match block.kind {
                 Kind::Form { .. } => off = [off[0] + own[0], off[1] + own[1]],
                 Kind::Robot(_) => robot += own[0].powi(2) + own[1].powi(2),
+                Kind::JointLags { .. } => joints += own[0].powi(2) + own[1].powi(2),
                 _ => {}
             }
         }
@@ -424,6 +438,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
         squared_lag_s2: (0.0, 0.0),
         step_s: None,
         lag_s: blocks.iter().find_map(|block| block.lag_s()).unwrap_or(0.0),
+        joint_lags_m: (settings.joint_lags_s > 0.0).then(|| (joints / f64::max(count, 1.0)).sqrt()),
         out: Outliers { count: out, of: there().count() },
     }
 }

@@ -25,6 +25,18 @@ pub(crate) enum Kind {
     Axes { sigmas: Vec<f64> },
     /// A lag of the robot behind its recorded poses beyond the assumed one, s.
     Lag { taken_s: f64, sigma_s: f64 },
+    /// A lag of its own for each joint: a constant matrix of base from the twist of the tool to the twist by which it is late, s.
+    JointLags { sigma_s: f64 },
+}
+
+/// Lever that makes an angular velocity comparable with a velocity, m: joints of the wrist are nearer to the tool, those of the arm further away.
+const LEVER_M: f64 = 0.5;
+
+/// Motion of the tool at a frame: its velocity, and its angular velocity at the lever, m/s.
+fn twist_m_s(frame: &Frame) -> [f64; 6] {
+    let [velocity_m_s, turn_rad_s] = frame.twist;
+    let (shift, turn) = (velocity_m_s, turn_rad_s * LEVER_M);
+    [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
 }
 
 /// A variance above this fraction of its bound is at the bound.
@@ -78,6 +90,7 @@ impl Block {
             Kind::Robot(field) => 6 * field.modes(),
             Kind::Lag { .. } | Kind::Step { .. } => 1,
             Kind::Detector { .. } => BIAS,
+            Kind::JointLags { .. } => 36,
             Kind::Axes { sigmas } => sigmas.len(),
         };
         Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
@@ -128,6 +141,15 @@ impl Block {
             Kind::Lag { taken_s, sigma_s } => {
                 set(0, frame.by_point * frame.acceleration * (taken_s * sigma_s));
             }
+            Kind::JointLags { sigma_s } => {
+                let turn = frame.by_point * -so3::hat(&frame.lever) / LEVER_M;
+                for (input, moves_m_s) in twist_m_s(frame).into_iter().enumerate() {
+                    for axis in 0..3 {
+                        set(6 * input + axis, frame.by_point.column(axis) * (moves_m_s * sigma_s));
+                        set(6 * input + 3 + axis, turn.column(axis) * (moves_m_s * sigma_s));
+                    }
+                }
+            }
             Kind::Axes { sigmas } => {
                 let moved = frame.by_point * &frame.by_axes;
                 for (k, sigma) in sigmas.iter().enumerate() {
@@ -149,7 +171,7 @@ impl Block {
             Kind::Form { .. } => Some(models::Block::SeamForm),
             Kind::Robot(_) => Some(models::Block::Robot),
             Kind::Detector { .. } => Some(models::Block::Detector),
-            Kind::Lag { .. } => Some(models::Block::PoseLag),
+            Kind::Lag { .. } | Kind::JointLags { .. } => Some(models::Block::PoseLag),
             Kind::Axes { .. } => Some(models::Block::Axes),
             Kind::Step { .. } => None,
         }
@@ -176,7 +198,7 @@ impl Block {
 }
 
 impl Block {
-    /// Shift of the point across the seam from forms of the seam or robot errors, m, from the coefficients of all columns. Zero for other blocks.
+    /// Shift of the point across the seam from forms of the seam, robot errors or lags of joints, m, from the coefficients of all columns. Zero for other blocks.
     #[must_use]
     pub(crate) fn offset_m(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
         match &self.kind {
@@ -191,6 +213,15 @@ impl Block {
                     let three = |k: usize| coefficients.fixed_rows::<3>(k).into_owned() * *part;
                     shift += three(first) * field.sigmas.position_m;
                     shift += (three(first + 3) * field.sigmas.attitude_rad).cross(&frame.lever);
+                }
+                frame.across.map(|across| across.dot(&shift))
+            }
+            Kind::JointLags { sigma_s } => {
+                let mut shift = Vector3::zeros();
+                for (input, moves_m_s) in twist_m_s(frame).into_iter().enumerate() {
+                    let first = self.columns.start + 6 * input;
+                    let three = |k: usize| coefficients.fixed_rows::<3>(k) * (moves_m_s * sigma_s);
+                    shift += three(first) + (three(first + 3) / LEVER_M).cross(&frame.lever);
                 }
                 frame.across.map(|across| across.dot(&shift))
             }

@@ -144,6 +144,50 @@ fn an_error_of_the_robot_moves_a_residual_as_another_path_does() {
     }
 }
 
+/// Joints that lag by their own times move a residual as a path does that is late by a matrix times its twist.
+#[test]
+fn lags_of_joints_move_a_residual_as_a_late_path_does() {
+    let (observed, at) = cell();
+    let problem = problem(&observed, &at);
+    let sigma_s = 1e-4;
+    let block = Block::new(Kind::JointLags { sigma_s }, 0, Amplitude::HELD);
+    let coefficients: Vec<f64> = (0..36).map(|k| (f64::from(k) * 0.7).sin()).collect();
+    let path = &observed.robot.trajectory;
+    // Lengths are 1, and angles 1/0.5 m.
+    let scale = |k: usize| if k < 3 { 1.0 } else { 0.5 };
+    let late: Vec<_> = path
+        .times()
+        .iter()
+        .map(|time| {
+            let pose = path.pose_at(*time).unwrap();
+            let h = 0.004;
+            let [before, after] = [-h, h].map(|by| path.pose_at(time + by).unwrap_or(pose));
+            let twice =
+                if path.pose_at(time - h).is_some() && path.pose_at(time + h).is_some() { 2.0 } else { 1.0 };
+            let velocity = (after.translation.vector - before.translation.vector) / (twice * h);
+            let turn = so3::log(&(after.rotation * before.rotation.inverse())) / (twice * h);
+            let twist = [velocity.x, velocity.y, velocity.z, turn.x, turn.y, turn.z];
+            let moved = |axis: usize| -> f64 {
+                let of = |k: usize| coefficients[6 * k + axis] * twist[k] * scale(k) / scale(axis);
+                (0..6).map(of).sum::<f64>() * sigma_s
+            };
+            let (shift, rotation) =
+                (Vector3::from_fn(|k, _| moved(k)), Vector3::from_fn(|k, _| moved(3 + k)));
+            se3::from_parts(so3::exp(&rotation) * pose.rotation, pose.translation.vector + shift)
+        })
+        .collect();
+    let mut elsewhere = observed.clone();
+    elsewhere.robot.trajectory = Trajectory::new(path.times().to_vec(), &late).unwrap();
+    let there = LineProblem { observations: &elsewhere, ..problem.of_some(problem.list, &problem.whiteners) };
+    let scan = Scan::of(&there, &at);
+    for frame in some_frames(&problem, &at) {
+        let by_block = moved(&block, &frame, &coefficients);
+        let by_path = scan.residual(&frame, &at).unwrap().0 - frame.residual;
+        // The twist of a piece of 4 ms carries the noise of two samples: 0.03 mm in 4 ms are some mm/s of 100 mm/s.
+        assert!((by_block - by_path).norm() < 0.1 * by_path.norm() + 0.02, "{by_block} {by_path}");
+    }
+}
+
 /// The radius of the edge moves the measured point towards the sensor, less the mean of the scan.
 #[test]
 fn the_radius_of_an_edge_moves_the_point_towards_the_sensor() {

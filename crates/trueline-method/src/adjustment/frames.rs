@@ -76,6 +76,8 @@ pub(crate) struct Frame {
     pub by_axes: Matrix3xX<f64>,
     /// Acceleration of the measured point, carried by the tool, axes of base, m/s².
     pub acceleration: Vector3<f64>,
+    /// Velocity of the tool's origin, m/s, and angular velocity, rad/s, axes of base.
+    pub twist: [Vector3<f64>; 2],
     /// Place along the seam, m from its anchor.
     pub along_m: f64,
     /// Jacobian of that place by the local unknowns.
@@ -159,6 +161,7 @@ impl<'a> Scan<'a> {
             across: [axes.column(1).into_owned(), axes.column(2).into_owned()],
             by_axes: self.by_axes(o, at, &placement, &point)?,
             acceleration: self.acceleration(o, at, &measured),
+            twist: [placement.velocity, placement.angular_velocity],
             along_m: along.dot(&(point - self.seams[line].anchor())),
             along_by_unknowns: self.along_by_unknowns(o, at, &placement, &along),
             apart_by_unknowns: SVector::zeros(),

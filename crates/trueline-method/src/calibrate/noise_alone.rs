@@ -211,7 +211,7 @@ fn checks(
         } else {
             from.ambiguity.without_rivals()
         },
-        better: from.better,
+        better: from.better.clone(),
         held_out: cross_validation::check(&subject(from, uncertainty), config),
         outlier_segments: outlier_segments::find(
             observations,

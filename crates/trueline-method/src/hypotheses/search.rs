@@ -28,17 +28,17 @@ pub struct Found {
 }
 
 /// A better optimum than the one that a guess led to.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct BetterMinimum {
-    /// Its time offset, s.
-    pub time_offset_s: f64,
+    /// The unknowns there.
+    pub parameters: Parameters,
     /// Its noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
 }
 
 impl BetterMinimum {
     fn of(fit: &Fit) -> Self {
-        Self { time_offset_s: fit.parameters().time_offset_s, noise_factor: fit.noise.factor }
+        Self { parameters: fit.parameters().clone(), noise_factor: fit.noise.factor }
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) fn most_are_outliers(f: &Findings) -> bool {
 
 /// Noise factors of the other explanations.
 pub(crate) fn others_leave(f: &Findings) -> impl Iterator<Item = f64> {
-    let better = f.checks.better.map(|better| better.noise_factor);
+    let better = f.checks.better.as_ref().map(|better| better.noise_factor);
     let rival = f.checks.ambiguity.runner_up.filter(|rival| rival.test.reversed());
     [better, rival.map(|rival| rival.noise_factor), f.clock.noise_factor_without_step].into_iter().flatten()
 }
@@ -32,7 +32,7 @@ pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
     }
     let factor = f.fit.noise_factor;
     if let Some(amplitudes) = &f.fit.amplitudes {
-        return amplitudes.are_beyond() || factor > MOST_NOISE_FACTOR;
+        return amplitudes.are_beyond() || amplitudes.noise_times() > MOST_NOISE_FACTOR;
     }
     let stripes_are = f.stripe_noise_factor().is_some_and(|factor| factor > MOST_NOISE_FACTOR);
     stripes_are || factor > MOST_NOISE_FACTOR || factor > NOISE_FACTOR && !f.fit.structure.may_be_noise()

@@ -252,8 +252,9 @@ const BY_FAR: f64 = 3.0;
 
 /// Another answer that fits far better than that from a guess.
 fn outdone_by_far(f: &Findings) -> Option<Reason> {
-    let better = f.checks.better.filter(|better| BY_FAR * better.noise_factor < f.fit.noise_factor)?;
-    let better_time_offset_s = better.time_offset_s + f.streams.images_ahead_s;
+    let better =
+        f.checks.better.as_ref().filter(|better| BY_FAR * better.noise_factor < f.fit.noise_factor)?;
+    let better_time_offset_s = better.parameters.time_offset_s + f.streams.images_ahead_s;
     Some(Reason::WorseMinimum { better_time_offset_s })
 }
 
@@ -263,10 +264,12 @@ fn other_minima(f: &Findings) -> Vec<Reason> {
     // In recorded stamps, as in all sentences.
     let recorded_s = |time_offset_s: f64| time_offset_s + f.streams.images_ahead_s;
     let outdone = ambiguity.runner_up.filter(|rival| rival.test.reversed());
-    let better = f.checks.better.filter(|_| outdone.is_none());
+    let better = f.checks.better.as_ref().filter(|_| outdone.is_none());
     let mut reasons: Vec<Reason> = better
         .into_iter()
-        .map(|better| Reason::WorseMinimum { better_time_offset_s: recorded_s(better.time_offset_s) })
+        .map(|better| Reason::WorseMinimum {
+            better_time_offset_s: recorded_s(better.parameters.time_offset_s),
+        })
         .collect();
     reasons.extend(outdone.map(|rival| Reason::WrongTimeOffset {
         time_offset_s: recorded_s(f.unknowns.parameters.time_offset_s),

@@ -135,6 +135,7 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     warnings.extend(wavy.then_some(Warning::WavySeam { rms_m: amplitudes.form_m }));
     let moves = amplitudes.robot_m > ROBOT_MOVES_M;
     warnings.extend(moves.then_some(Warning::RobotMoves { rms_m: amplitudes.robot_m }));
+    warnings.extend(amplitudes.joint_lags_m.map(|rms_m| Warning::JointLags { rms_m }));
     let lags = amplitudes.lag_s > 0.0;
     warnings.extend(lags.then_some(Warning::LikelyCause {
         kind: CauseKind::CommandedPose,

@@ -5,11 +5,11 @@ use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
     CURVE_FROM_ONE_PASS, axis_not_shown, clock_drift, clock_step, coarse_stamps, curve_untried,
-    decided_by_user, drawn_line_not_needed, feature_bias, held_at_guess, knots_near_weave, left_out,
-    lens_off, likely_cause, many_outliers, misfit, moves, other_line, outlier_stretch, poorly_known,
-    repeated_poses, repeated_robot_stamps, robot_moves, robot_samples_missing, robot_worse, stamp_steps,
-    stripe_noise, stripes_disagree, stripes_stamped_apart, structured, unused_on_curve, unusual_noise,
-    wavy_seam, widened,
+    decided_by_user, drawn_line_not_needed, feature_bias, held_at_guess, joint_lags, knots_near_weave,
+    left_out, lens_off, likely_cause, many_outliers, misfit, moves, other_line, outlier_stretch,
+    poorly_known, repeated_poses, repeated_robot_stamps, robot_moves, robot_samples_missing, robot_worse,
+    stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart, structured, unused_on_curve,
+    unusual_noise, wavy_seam, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::confounded_causes::ConfoundedCause;
@@ -179,6 +179,11 @@ pub enum Warning {
         /// RMS over the scan, m.
         rms_m: f64,
     },
+    /// The joints of the arm follow the recorded poses by different times.
+    JointLags {
+        /// RMS over the scan, m.
+        rms_m: f64,
+    },
     /// One of the clocks stepped; the result is corrected for it.
     ClockStep {
         /// When, s.
@@ -320,6 +325,7 @@ impl Warning {
             Self::StructuredResiduals { .. } => "structured-residuals",
             Self::WavySeam { .. } => "wavy-seam",
             Self::RobotMoves { .. } => "robot-moves",
+            Self::JointLags { .. } => "joint-lags",
             Self::ClockStep { .. } => "clock-step",
             Self::ManyOutliers { .. } => "many-outliers",
             Self::ClockDrift { .. } => "clock-drift",
@@ -380,6 +386,7 @@ impl fmt::Display for Warning {
             Self::StructuredResiduals { left } => structured(left),
             Self::WavySeam { rms_m } => wavy_seam(rms_m),
             Self::RobotMoves { rms_m } => robot_moves(rms_m),
+            Self::JointLags { rms_m } => joint_lags(rms_m),
             Self::ClockStep { at_s, step_s } => clock_step(at_s, step_s),
             Self::ManyOutliers { share } => many_outliers(share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),

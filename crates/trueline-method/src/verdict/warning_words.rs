@@ -72,6 +72,14 @@ pub(super) fn robot_moves(rms_m: f64) -> String {
     )
 }
 
+pub(super) fn joint_lags(rms_m: f64) -> String {
+    format!(
+        "the joints of the arm follow the recorded poses by different times, which moves the sensor by \
+         {:.2} mm RMS; the ± include this. They are probably commanded poses: record the actual pose",
+        rms_m * MM_PER_M
+    )
+}
+
 pub(super) fn clock_step(at_s: f64, step_s: f64) -> String {
     format!(
         "one of the clocks stepped by {:+.2} ms at about {at_s:.2} s; the result is corrected for it",
