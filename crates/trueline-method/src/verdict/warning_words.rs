@@ -74,8 +74,8 @@ pub(super) fn robot_moves(rms_m: f64) -> String {
 
 pub(super) fn joint_lags(rms_m: f64) -> String {
     format!(
-        "the joints of the arm follow the recorded poses by different times, which moves the sensor by \
-         {:.2} mm RMS; the ± include this. They are probably commanded poses: record the actual pose",
+        "the arm is {:.2} mm RMS off its recorded poses in proportion to its speed; the ± include this. Its \
+         joints lag by different times, as behind commanded poses: record the actual pose",
         rms_m * MM_PER_M
     )
 }
