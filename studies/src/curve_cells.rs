@@ -6,7 +6,7 @@
 //! of the seam, at any pose, from which the seam deviates at each knot.
 //! `--sensor=PER_MILLE` draws scales, shear and keystone of each sensor, `--stated` writes that into its file, `--held` holds the sensor,
 //! `--bow=MM` bends its laser sheet. `--unseen=PART` leaves out the readings of that part of the curve. `--part=MM` moves the part
-//! between passes, by that and by a third of a degree for each millimetre.
+//! between passes, by that and by a third of a degree for each millimetre. With `--untold` the calibration is not told.
 
 use crate::arguments::number;
 use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
@@ -78,6 +78,8 @@ struct Asked {
     unseen: f64,
     /// How far each part moves between passes.
     part_moves: Option<PartMoves>,
+    /// Whether nobody states that.
+    is_untold: bool,
 }
 
 /// How far the sensors of the cells are off.
@@ -237,6 +239,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         part_moves: Some(part(&options, "--part=")?)
             .filter(|mm| *mm > 0.0)
             .map(|mm| PartMoves { shift_m: mm * 1e-3, turn_rad: (mm / 3.0).to_radians() }),
+        is_untold: options.iter().any(|option| option == "--untold"),
     };
     let is_wanted = |kind: &CurveKind| kinds.is_empty() || kinds.iter().any(|name| name == kind.name());
     println!("Right: time offset within 4 of its ± and 1 ms; wrong: accepted, and beyond 6 of its ±.\n");
@@ -269,7 +272,7 @@ impl Outcome {
             robot_accuracy_m: Some(0.0),
             sensor: asked.sensors.mode,
             target: if asked.is_forced { Target::Curve } else { Target::Seam },
-            part_moves: asked.part_moves,
+            part_moves: asked.part_moves.filter(|_| !asked.is_untold),
             seam_cad: asked.tolerance_m.and_then(|tolerance_m| drawn(kind, tolerance_m, seed)),
             ..Config::default()
         };

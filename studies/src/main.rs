@@ -14,6 +14,7 @@ mod real_cells;
 mod rendered_boards;
 mod round_cells;
 mod scaling;
+mod seam_bounds;
 mod shop_cells;
 mod sightings;
 mod stripes;
@@ -34,7 +35,7 @@ struct Study {
     run: fn(&[String]) -> Result<(), String>,
 }
 
-const STUDIES: [Study; 18] = [
+const STUDIES: [Study; 19] = [
     Study {
         name: "axis_cells",
         arguments: "[CELLS A COURSE] [FIRST SEED] [--cells]",
@@ -94,6 +95,12 @@ const STUDIES: [Study; 18] = [
         arguments: "[LARGEST]",
         about: "Time and memory of a solve over scans of 10³ to 10⁷ features",
         run: scaling::run,
+    },
+    Study {
+        name: "seam_bounds",
+        arguments: "[strips|fleet]",
+        about: "Bounds over curved seams: plates beside them, and parts of a production",
+        run: seam_bounds::run,
     },
     Study {
         name: "shop_cells",

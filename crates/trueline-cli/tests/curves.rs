@@ -316,6 +316,8 @@ fn a_part_that_is_clamped_again_is_calibrated_with_the_scatter_of_its_fixture() 
     let folder = dir.path();
     cast(folder, &["free", "--seed", "4", "--seam-part-moves", "0.3,0.1"], "clamped");
     let ideal = ["clamped", "--robot-accuracy-mm", "0"];
+    let unknown = calibrated(folder, &ideal, 1);
+    assert_eq!(unknown["reasons"][0]["code"], "part-moved");
     let known = calibrated(folder, &[&ideal[..], &["--part-moves", "0.3,0.1"]].concat(), 0);
     // Four numbers beyond four standard deviations: one run in 4,000.
     assert!(off_in_sigmas(&known, &truth(&folder.join("clamped"))) < 4.0, "{known:#}");

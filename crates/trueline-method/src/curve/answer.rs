@@ -3,6 +3,7 @@
 use crate::assess::seam_error::{Share, ShareOf};
 use crate::config::known_of_cell::KnownOfCell;
 use crate::curve::arrow::SHARED;
+use crate::curve::clamped::moved_by_m;
 use crate::curve::considered::{Considered, Errors, of_shared};
 use crate::curve::equations::Known;
 use crate::curve::estimate::{CurveEstimate, estimate};
@@ -15,7 +16,7 @@ use crate::curve::rivals::{Rival, compared, find};
 use crate::curve::sight::in_base;
 #[cfg(test)]
 use crate::curve::sight::step_between;
-use crate::curve::solve::{Finished, Search, finish, refined};
+use crate::curve::solve::{DECISIVE, Finished, Search, finish, refined};
 use crate::curve::starts::{Candidate, offsets_s, sifted_by};
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, SMatrix, Vector3};
@@ -234,7 +235,9 @@ impl Asked<'_> {
         let Improved { finished, shares: of_all, shape } = self.with_errors(finished, is_whole);
         let rivals = self.likely(rivals, &finished, course);
         let labels = readings.labels();
+        let moved_by_m = is_whole.then(|| moved_by_m(readings, &finished, &self.errors)).flatten();
         let curve = estimate((&finished, &labels), &of_all, course, is_near_weave);
+        let curve = CurveEstimate { part_moved_m: moved_by_m, ..curve };
         let is_collapsed = curve.collapsed_from_m.is_some();
         let mut components = finished.seen.components;
         if course.is_one_pass || is_collapsed {
@@ -261,8 +264,6 @@ impl Asked<'_> {
     }
 }
 
-/// Difference of log likelihoods that decides: that of 7 σ in one unknown, because the unknowns without a prior shift it by some units.
-const DECISIVE: f64 = 25.0;
 /// A time offset with a larger standard deviation is not determined, s.
 const TIME_SEEN_S: f64 = 5e-3;
 

@@ -96,7 +96,7 @@ impl Errors<'_> {
     /// All considered errors at a fit.
     #[must_use]
     pub(crate) fn at(&self, readings: &Readings, fitted: &Fitted) -> Vec<Considered> {
-        let moves = robot::moves(readings, fitted, self.robot);
+        let moves = robot::moves(readings, fitted, self.robot, robot::MOST_READINGS);
         let robot = Considered { of: ShareOf::Robot, moves, shape: None, is_estimated: false };
         let shape = self.shape.as_ref().and_then(|shape| shape.at(readings));
         let part = self.part.and_then(|part| part.at(fitted));

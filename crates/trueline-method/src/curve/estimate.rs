@@ -44,6 +44,8 @@ pub struct CurveEstimate {
     pub is_near_weave: bool,
     /// Its length before the joint fit, m, if it shrank or grew too much.
     pub collapsed_from_m: Option<f64>,
+    /// Distance between the places of the part in two passes, m, if it moved and nothing was stated about it.
+    pub part_moved_m: Option<f64>,
     /// Restricted log likelihood of the curve, and of one without third differences.
     pub log_evidence: [f64; 2],
     /// The drawing of the part, if it was used.
@@ -129,6 +131,7 @@ pub(crate) fn estimate(
         weave_m: course.weave_m(length_m),
         is_near_weave,
         collapsed_from_m: (!is_kept).then_some(finished.first_length_m),
+        part_moved_m: None,
         log_evidence: finished.evidence,
         cad: None,
     }

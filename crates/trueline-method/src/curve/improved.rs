@@ -42,19 +42,21 @@ pub(crate) struct Improved {
 }
 
 /// The equations of the errors beside all unknowns.
-struct Beside {
+pub(crate) struct Beside {
     /// X: displacement of all unknowns by each error.
     moved: DMatrix<f64>,
     /// N.
-    information: DMatrix<f64>,
+    pub information: DMatrix<f64>,
     /// ZᵀWr.
-    score: DVector<f64>,
+    pub score: DVector<f64>,
     /// Range of each kind of error in ξ.
-    places: Vec<Range<usize>>,
+    pub places: Vec<Range<usize>>,
 }
 
 impl Beside {
-    fn of(finished: &Finished, considered: &[Considered]) -> Self {
+    /// At a fit.
+    #[must_use]
+    pub(crate) fn of(finished: &Finished, considered: &[Considered]) -> Self {
         let fitted = &finished.fitted;
         let mut places: Vec<Range<usize>> = Vec::with_capacity(considered.len());
         for one in considered {

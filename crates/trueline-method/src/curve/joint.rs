@@ -4,7 +4,7 @@ use crate::curve::equations::{Known, State};
 use crate::curve::fit::{Fitted, Terms, Weighing};
 use crate::curve::knots::{MOST_CONTROL, Piece, joined, reknotted, spacing_for};
 use crate::curve::order::curve_through;
-use crate::curve::passes::Course;
+use crate::curve::passes::is_one_pass;
 use crate::curve::readings::Readings;
 use crate::curve::seen::Seen;
 use crate::curve::sight::{in_base, moving};
@@ -160,7 +160,7 @@ pub(crate) fn rough(readings: &Readings, at: &Guess, stated: Option<&Known>) -> 
     }
     let fitted = last?;
     let within = fitted.share_within(GOOD.1);
-    let is_one_pass = Course::of(readings, &first).is_one_pass;
+    let is_one_pass = is_one_pass(readings, &first);
     Some(Rough { fitted, first, within, is_one_pass })
 }
 

@@ -11,6 +11,7 @@
 pub(crate) mod answer;
 pub(crate) mod arrow;
 pub(crate) mod cad;
+pub(crate) mod clamped;
 pub(crate) mod considered;
 pub(crate) mod drift;
 pub(crate) mod equations;

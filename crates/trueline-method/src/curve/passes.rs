@@ -41,8 +41,11 @@ impl Course {
     /// Of a scan at a state.
     #[must_use]
     pub(crate) fn of(readings: &Readings, state: &State) -> Self {
-        let is_one_pass = twice(readings, state) < LEAST_TWICE;
-        Self { is_one_pass, weave_hz: weave_hz(readings), lasts_s: readings.lasts_s() }
+        Self {
+            is_one_pass: is_one_pass(readings, state),
+            weave_hz: weave_hz(readings),
+            lasts_s: readings.lasts_s(),
+        }
     }
 
     /// Travel of the sensor in one period of its weave over a curve of a length, m; `None` without a weave in a single pass.
@@ -57,6 +60,12 @@ impl Course {
     pub(crate) fn least_knots_m(&self, length_m: f64) -> f64 {
         self.weave_m(length_m).map_or(0.0, |weave_m| KNOTS_PER_WEAVE * weave_m)
     }
+}
+
+/// Whether no place is seen twice.
+#[must_use]
+pub(crate) fn is_one_pass(readings: &Readings, state: &State) -> bool {
+    twice(readings, state) < LEAST_TWICE
 }
 
 /// Fraction of the places that are seen twice.

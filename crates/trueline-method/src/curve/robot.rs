@@ -12,12 +12,12 @@ use trueline_geometry::{Pose, se3, so3};
 
 /// Readings at which the robot's errors are evaluated. Of more, every n-th represents the others, because these errors change
 /// slowly.
-const MOST_READINGS: usize = 800;
+pub(crate) const MOST_READINGS: usize = 800;
 
-/// Displacement of the readings by each mode of the robot's errors, of unit variance.
+/// Displacement of the readings by each mode of the robot's errors, of unit variance, at `most` of the readings.
 #[must_use]
-pub(crate) fn moves(readings: &Readings, fitted: &Fitted, sigmas: RobotSigmas) -> Moves {
-    let every = readings.list.len().div_ceil(MOST_READINGS).max(1);
+pub(crate) fn moves(readings: &Readings, fitted: &Fitted, sigmas: RobotSigmas, most: usize) -> Moves {
+    let every = readings.list.len().div_ceil(most).max(1);
     let poses = poses(readings, fitted, every);
     let path: Vec<Pose> = poses.iter().map(|(_, pose)| *pose).collect();
     let Some(field) = RobotField::new(sigmas, &path) else { return Moves::default() };

@@ -29,6 +29,8 @@ const STEPS: usize = 8;
 const HELD: f64 = 1.0;
 /// Duration of a window with a guess, s.
 const GUESSED_WINDOW_S: f64 = 2.0;
+/// Difference of log likelihoods that decides: that of 7 σ in one unknown, because the unknowns without a prior shift it by some units.
+pub(crate) const DECISIVE: f64 = 25.0;
 /// Third differences of a line with a bow, as a fraction of the stiffest tested size.
 const OF_LINE_M: f64 = 1e-9;
 

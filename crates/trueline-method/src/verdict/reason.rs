@@ -3,8 +3,9 @@
 use super::quantity::{MS_PER_S, Quantity, Significant};
 use super::reason_words::{
     at_stops, clock_step, coarse_robot_stamps, curve_collapsed, drawn_line_off, held_off, line_of_outliers,
-    other_time_offset, requirement_missed, residuals_too_large, robot_stream_froze, seam_error_too_large,
-    stripes_contradict, too_few_used, too_many_outliers, worse_minimum, wrong_time_offset,
+    other_time_offset, part_moved, requirement_missed, residuals_too_large, robot_stream_froze,
+    seam_error_too_large, stripes_contradict, too_few_used, too_many_outliers, worse_minimum,
+    wrong_time_offset,
 };
 use super::sensor_words::contradicted_sensor;
 use super::stream_name::StreamName;
@@ -65,6 +66,11 @@ pub enum Reason {
         length_m: f64,
         /// Its length before, m.
         before_m: f64,
+    },
+    /// The passes over a curve see it at different places: the part moved between them.
+    PartMoved {
+        /// Largest distance from its place in the first pass, m.
+        shift_m: f64,
     },
     /// Several answers explain the scan equally well, because its path repeats itself.
     AmbiguousTimeOffset {
@@ -212,6 +218,7 @@ impl Reason {
             Self::WorseMinimum { .. } => "worse-minimum",
             Self::WrongTimeOffset { .. } => "wrong-time-offset",
             Self::CurveCollapsed { .. } => "curve-collapsed",
+            Self::PartMoved { .. } => "part-moved",
             Self::AmbiguousTimeOffset { .. } => "ambiguous-time-offset",
             Self::NotConverged { .. } => "not-converged",
             Self::ResidualsTooLarge { .. } => "residuals-too-large",
@@ -253,6 +260,7 @@ impl fmt::Display for Reason {
                 wrong_time_offset([time_offset_s, better_time_offset_s], [explains, better_explains])
             }
             Self::CurveCollapsed { length_m, before_m } => curve_collapsed(length_m, before_m),
+            Self::PartMoved { shift_m } => part_moved(shift_m),
             Self::AmbiguousTimeOffset { ref answers, lasts_s } => ambiguous_time_offset(answers, lasts_s),
             Self::StatementContradicted => {
                 "the answer contradicts your statement about the cell: the time offset is outside the \

@@ -17,6 +17,14 @@ pub(super) fn curve_collapsed(length_m: f64, before_m: f64) -> String {
     )
 }
 
+pub(super) fn part_moved(shift_m: f64) -> String {
+    format!(
+        "the passes see the seam at different places, up to {:.2} mm apart: the part moved between them. Clamp it \
+         and scan again, or state the scatter of its place (--part-moves MM,DEG)",
+        shift_m * MM_PER_M
+    )
+}
+
 pub(super) fn at_stops(stops: usize) -> String {
     format!(
         "the time offset cannot be determined, because the robot stands still at each of the {stops} \

@@ -107,6 +107,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
     reasons.extend(
         curve.collapsed_from_m.map(|before_m| Reason::CurveCollapsed { length_m: curve.length_m, before_m }),
     );
+    reasons.extend(curve.part_moved_m.map(|shift_m| Reason::PartMoved { shift_m }));
     let outliers = f.outliers();
     if outliers.share() > MOST_OFF_CURVE {
         reasons.push(Reason::TooManyOutliers { outliers });

@@ -136,7 +136,8 @@ fn a_drift_of_the_clock_is_taken_out() {
     assert!(free.readings.is_some());
 }
 
-/// A part that a fixture puts elsewhere in each pass: with its six numbers for each pass the answer is within its ±, without them it is not.
+/// A part that a fixture puts elsewhere in each pass: with its six numbers for each pass the answer is within its ±. Without them it is not, and
+/// the move is reported.
 #[test]
 fn a_part_that_moves_between_passes_is_taken_out() {
     let moves = PartMoves { shift_m: 0.3e-3, turn_rad: 0.1_f64.to_radians() };
@@ -149,6 +150,10 @@ fn a_part_that_moves_between_passes_is_taken_out() {
             let (readings, truth) = readings(&recording, false);
             let off = |part: Option<PartMoves>| {
                 let answer = answered_with(&readings, &truth, Errors { part, ..Errors::NONE });
+                // Of two moves of 0.3 mm along three axes the larger is beyond 2 mm in one of ten million.
+                let moved_m = answer.curve.part_moved_m;
+                let is_told = moved_m.is_some_and(|shift_m| (0.05e-3..2e-3).contains(&shift_m));
+                assert_eq!(is_told, part.is_none(), "{}-{seed}: {moved_m:?}", kind.name());
                 let shares = answer.shares.iter().map(|share| &share.columns * share.columns.transpose());
                 let more = shares.fold(nalgebra::DMatrix::zeros(7, 7), |sum, share| sum + share);
                 let covariance = answer.noise + SMatrix::<f64, 7, 7>::from_fn(|i, j| more[(i, j)]);
@@ -159,5 +164,22 @@ fn a_part_that_moves_between_passes_is_taken_out() {
         }
         // χ²₂₈/28 exceeds 2.2 in one of ten thousand.
         assert!(with < 2.2 && without > 10.0, "{}: {with} {without}", kind.name());
+    }
+}
+
+/// Outliers of a part at rest are no move. A pass that is partly left out still shows its move.
+#[test]
+fn a_part_at_rest_is_not_said_to_have_moved() {
+    for (kind, outliers, shift_m) in [
+        (CurveKind::Free, 0.02, 0.0),
+        (CurveKind::Pipe, 0.02, 0.0),
+        (CurveKind::Free, 0.25, 0.0),
+        (CurveKind::Pipe, 0.25, 0.0),
+        (CurveKind::Free, 0.02, 0.5e-3),
+    ] {
+        let scan = CurveScan { outliers, part_moves: [shift_m, 0.0], ..CurveScan::good(kind) };
+        let (readings, truth) = readings(&scan_curve(&scan, 5).0, false);
+        let moved_m = answered_with(&readings, &truth, Errors::NONE).curve.part_moved_m;
+        assert_eq!(moved_m.is_some(), shift_m > 0.0, "{} {outliers} {shift_m}: {moved_m:?}", kind.name());
     }
 }
