@@ -122,3 +122,11 @@ fn joints_that_lag_by_different_times_are_explained() {
         assert!(off < 3.0 * said, "{}", judged.in_words());
     }
 }
+
+/// Beyond the search window an alias of the path can be explained by lags of joints, 1.5 s from the truth.
+#[test]
+fn an_alias_beyond_the_window_is_not_accepted() {
+    let cell = Shop::new(Level::Calm, 30066).cast().unwrap();
+    let found = calibrate(&cell.recording, cell.recording.initial.as_ref(), &Config::default()).unwrap();
+    assert!(!found.reasons().is_empty(), "{} s", found.best_fit().time_offset_s);
+}

@@ -32,7 +32,10 @@ pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
     }
     let factor = f.fit.noise_factor;
     if let Some(amplitudes) = &f.fit.amplitudes {
-        return amplitudes.are_beyond() || amplitudes.noise_times() > MOST_NOISE_FACTOR;
+        // A search that leaves so much noise is trusted within its window alone: beyond it an adjustment can explain an alias.
+        let is_beyond = f.unknowns.parameters.time_offset_s.abs() > f.config.offset_search_s;
+        let is_alias = is_beyond && factor > MOST_NOISE_FACTOR;
+        return is_alias || amplitudes.are_beyond() || amplitudes.noise_times() > MOST_NOISE_FACTOR;
     }
     let stripes_are = f.stripe_noise_factor().is_some_and(|factor| factor > MOST_NOISE_FACTOR);
     stripes_are || factor > MOST_NOISE_FACTOR || factor > NOISE_FACTOR && !f.fit.structure.may_be_noise()
