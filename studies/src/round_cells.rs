@@ -10,9 +10,9 @@
 mod round;
 
 use crate::arguments::{number, word};
-use nalgebra::{DMatrix, SMatrix, SVector, Vector2};
+use nalgebra::{SVector, Vector2};
 use rayon::prelude::*;
-use round::{of_cast, off, options};
+use round::{ARM_M, err_slowly, of_cast, off, options, squares as squares_of};
 use trueline_method::input::shape_knowledge::ShapeKnowledge;
 use trueline_model::SheetShape;
 use trueline_sensor::board_files::round_scan::{RoundCalibration, RoundCalibrationOptions};
@@ -29,18 +29,34 @@ const WRONG: f64 = 4.0;
 /// Blocks: time offset, rotation, translation, and the target's pose but for what is held.
 const NAMES: [&str; 4] = ["t_d", "rotation", "translation", "target"];
 
-/// A case: the target, whether at stops, and whether the radius is stated.
-type Case = (&'static str, RoundTarget, bool, bool);
+/// Position errors of the robot, per axis, m: of an accuracy of six times as much.
+const ROBOT_M: f64 = 0.02e-3;
 
-const CASES: [Case; 8] = [
-    ("sphere, moving", RoundTarget::Sphere, false, true),
-    ("sphere, moving, free radius", RoundTarget::Sphere, false, false),
-    ("sphere, stops", RoundTarget::Sphere, true, true),
-    ("sphere, stops, free radius", RoundTarget::Sphere, true, false),
-    ("cylinder, moving", RoundTarget::Cylinder, false, true),
-    ("cylinder, moving, free radius", RoundTarget::Cylinder, false, false),
-    ("cylinder, stops", RoundTarget::Cylinder, true, true),
-    ("cylinder, stops, free radius", RoundTarget::Cylinder, true, false),
+/// How the robot moves and errs.
+#[derive(Clone, Copy, PartialEq)]
+enum Robot {
+    /// It moves, and its poses have noise.
+    Moves,
+    /// It stands at stops, and errs anew at each.
+    Restless,
+    /// It stands at stops, and its errors change slowly over the workspace.
+    Slow,
+}
+
+/// A case: the target, the robot, and whether the radius is stated.
+type Case = (&'static str, RoundTarget, Robot, bool);
+
+const CASES: [Case; 10] = [
+    ("sphere, moving", RoundTarget::Sphere, Robot::Moves, true),
+    ("sphere, moving, free radius", RoundTarget::Sphere, Robot::Moves, false),
+    ("sphere, stops", RoundTarget::Sphere, Robot::Restless, true),
+    ("sphere, stops, free radius", RoundTarget::Sphere, Robot::Restless, false),
+    ("sphere, stops, slow errors", RoundTarget::Sphere, Robot::Slow, true),
+    ("cylinder, moving", RoundTarget::Cylinder, Robot::Moves, true),
+    ("cylinder, moving, free radius", RoundTarget::Cylinder, Robot::Moves, false),
+    ("cylinder, stops", RoundTarget::Cylinder, Robot::Restless, true),
+    ("cylinder, stops, free radius", RoundTarget::Cylinder, Robot::Restless, false),
+    ("cylinder, stops, slow errors", RoundTarget::Cylinder, Robot::Slow, true),
 ];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
@@ -66,12 +82,18 @@ enum Cell {
 }
 
 impl Cell {
-    fn of((name, target, at_stops, is_stated): Case, seed: u64) -> Self {
+    fn of((name, target, robot, is_stated): Case, seed: u64) -> Self {
+        let at_stops = robot != Robot::Moves;
         let mut scan = RoundScan::usual(target, RADIUS_M, at_stops, seed);
-        // An arm of 1.5 m, as is assumed of a robot at stops.
-        scan.sighted.robot_noise = [0.02e-3, 0.02e-3 / 1.5];
+        scan.sighted.robot_noise = [ROBOT_M, ROBOT_M / ARM_M];
         let usual = options(&scan);
-        let cast = drawn_sensor(&scan, target, seed);
+        if robot == Robot::Slow {
+            scan.sighted.robot_noise = [0.0; 2];
+        }
+        let mut cast = drawn_sensor(&scan, target, seed);
+        if robot == Robot::Slow {
+            err_slowly(&mut cast, ROBOT_M, seed);
+        }
         let options = RoundCalibrationOptions { radius_m: usual.radius_m.filter(|_| is_stated), ..usual };
         let found = match of_cast(&scan, &cast, &options) {
             Ok(found) => found,
@@ -116,12 +138,11 @@ fn drawn_sensor(scan: &RoundScan, target: RoundTarget, seed: u64) -> RoundScanne
     cast
 }
 
-/// Normalised squares of each block and of the radius, and the largest error in standard deviations. At stops the simulated robot errs from stop to
-/// stop only: then the covariance is that of noise.
+/// Normalised squares of each block and of the radius, and the largest error in standard deviations.
 fn squares(found: &RoundCalibration, off: &SVector<f64, 13>, at_stops: bool) -> ([Option<f64>; 5], f64) {
-    let covariance = found.round.pose.covariance + found.round.of_sensor;
+    let covariance = found.covariance;
     let target: Vec<usize> = (7..13).filter(|k| covariance[(*k, *k)] > 0.0).collect();
-    let of_block = |of: &[usize]| Some(normalised(off, &covariance, of));
+    let of_block = |of: &[usize]| Some(squares_of(off, &covariance, of));
     let radius = found.round.radius_sigma_m.map(|sigma_m| (found.round.radius_m - RADIUS_M) / sigma_m);
     let of_time = if at_stops { None } else { of_block(&[0]) };
     let squares =
@@ -129,12 +150,6 @@ fn squares(found: &RoundCalibration, off: &SVector<f64, 13>, at_stops: bool) -> 
     let estimated = (usize::from(at_stops)..7).chain(target.iter().copied());
     let largest = estimated.map(|k| off[k].abs() / found.covariance[(k, k)].sqrt());
     (squares, largest.chain(radius.map(f64::abs)).fold(0.0, f64::max))
-}
-
-fn normalised(off: &SVector<f64, 13>, covariance: &SMatrix<f64, 13, 13>, of: &[usize]) -> f64 {
-    let part = nalgebra::DVector::from_iterator(of.len(), of.iter().map(|k| off[*k]));
-    let block = DMatrix::from_fn(of.len(), of.len(), |i, j| covariance[(of[i], of[j])]);
-    part.dot(&(block.try_inverse().unwrap() * &part)) / of.len() as f64
 }
 
 fn row(all: &[Cell]) -> String {

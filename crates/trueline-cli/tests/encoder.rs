@@ -94,6 +94,10 @@ fn counts_that_say_no_time_are_refused_with_file_and_line() {
     let folder = dir.path();
     code(&trueline(folder, &["simulate", "--preset", "quick", "--quiet", "--out", "scan"]), 0);
     let scan = folder.join("scan");
+    fs::write(scan.join("encoder.csv"), "time_s,encoder\n0,1\n1,2\n").unwrap();
+    let stamped = trueline(folder, &["calibrate", "scan"]);
+    assert!(words(&stamped).contains("encoder.csv is ignored"), "{}", words(&stamped));
+    fs::remove_file(scan.join("encoder.csv")).unwrap();
     let log = with_counts(&scan);
     let refused = |what: &str, expected: &[&str]| {
         let output = trueline(folder, &["calibrate", "scan"]);

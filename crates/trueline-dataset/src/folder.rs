@@ -2,7 +2,7 @@
 
 use crate::axes::AxisRecord;
 use crate::dialect::plain_csv;
-use crate::encoder_log::EncoderLog;
+use crate::encoder_log::EncoderFile;
 use crate::error::{Error, Problem};
 pub use crate::folder_writing::{
     replace_features, replace_stripes, write, write_profiles, write_sensors, write_whole,
@@ -65,8 +65,8 @@ pub fn read_without_profiles(folder: &Path) -> Result<FolderContent, Error> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_with_features(folder: &Path, found: FoundSeams) -> Result<Recording, Error> {
-    Ok(read_folder(folder, Some(found), true)?.recording)
+pub fn read_with_features(folder: &Path, found: FoundSeams) -> Result<FolderContent, Error> {
+    read_folder(folder, Some(found), true)
 }
 
 /// The axes of a dataset, with a position at each feature.
@@ -92,7 +92,7 @@ fn read_folder(
     let robot_file = robot_folder(folder).join(ROBOT);
     let sensor_text = sensor_text(folder, &mut inputs)?;
     let robot_text = if stops.is_some() { None } else { Some(required(&robot_file, ROBOT, &mut inputs)?) };
-    let encoder = EncoderLog::of(robot_folder(folder), &mut inputs)?;
+    let encoder = EncoderFile::of(robot_folder(folder));
     let pairing = Pairing { stops: stops.as_ref(), encoder: encoder.as_ref() };
     let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
     let features_text = if found.is_none() { load("features.csv")? } else { None };
@@ -121,10 +121,7 @@ fn read_folder(
             }
             FoundSeams::default()
         }
-        (None, None) => {
-            let tables = Tables { folder, features_text, stripes_text };
-            tables.read(&sensor, pairing, &mut notes)?
-        }
+        (None, None) => Tables { folder, features_text, stripes_text }.read(&sensor, pairing, &mut notes)?,
     };
     let initial = parsed(&folder.join("initial.toml"), initial_text, known_toml::parse_guess)?;
     let truth = parsed(&folder.join("truth.toml"), truth_text, known_toml::parse_truth)?;
@@ -135,6 +132,9 @@ fn read_folder(
         }
         notes.extend(unused_beside_stops(folder));
     }
+    // Profiles that stay in their file are not read yet: who reads them notes their encoder.
+    let encoder = encoder.filter(|_| reads_profiles || !features.is_empty() || !stripes.is_empty());
+    notes.extend(encoder.and_then(|file| file.noted(&mut inputs)));
     let axes = axes_of(folder, stops.as_ref(), &features, &mut inputs)?;
     let recording = Recording {
         stripes,

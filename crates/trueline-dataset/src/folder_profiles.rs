@@ -1,6 +1,6 @@
 //! Whole profiles of a dataset folder, which stay in their file until they are needed.
 
-use crate::encoder_log::EncoderLog;
+use crate::encoder_log::EncoderFile;
 use crate::error::Error;
 use crate::folder::{check_is_profiler, read_sensor};
 use crate::profile::Profile;
@@ -24,7 +24,7 @@ pub fn read(folder: &Path) -> Result<Option<Vec<Profile>>, Error> {
 pub struct FolderProfiles {
     file: ProfileFile,
     stops: Option<StopPoses>,
-    encoder: Option<EncoderLog>,
+    encoder: Option<EncoderFile>,
 }
 
 impl FolderProfiles {
@@ -35,7 +35,7 @@ impl FolderProfiles {
     pub fn of(folder: &Path) -> Result<Option<Self>, Error> {
         let Some(file) = ProfileFile::of(folder)? else { return Ok(None) };
         check_is_profiler(&folder.join("sensor.toml"), &read_sensor(folder)?)?;
-        let encoder = EncoderLog::of(robot_folder(folder), &mut BTreeMap::new())?;
+        let encoder = EncoderFile::of(robot_folder(folder));
         Ok(Some(Self { file, stops: StopPoses::of(folder)?, encoder }))
     }
 
@@ -56,6 +56,8 @@ impl FolderProfiles {
     /// # Errors
     /// Unusable content. What is wrong with all profiles together is found at the end.
     pub fn each(&self, takes_out_origins: bool, each: &mut EachProfile<'_>) -> Result<ProfilesRead, Error> {
-        self.file.each(self.pairing(), takes_out_origins, each)
+        let mut read = self.file.each(self.pairing(), takes_out_origins, each)?;
+        read.notes.extend(self.encoder.as_ref().and_then(|file| file.noted(&mut BTreeMap::new())));
+        Ok(read)
     }
 }

@@ -99,6 +99,7 @@ mod toml_place;
 pub mod unit;
 pub mod whole_file;
 pub mod whole_folder;
+mod wrapping_count;
 pub mod written_form;
 
 pub use axes::{AxisRecord, Carries};

@@ -1,12 +1,13 @@
 //! A dataset folder of pose sightings: `sensor.toml` with `kind = "poses"`, `sightings.csv`, and `robot.csv` or `poses.csv`.
 
 use crate::dialect::plain_csv;
+use crate::encoder_log::EncoderFile;
 use crate::error::{Error, Problem};
 use crate::folder::{self, RobotPoses};
 use crate::recording::{Guess, RobotSample};
 use crate::sensor_setup::SensorSetup;
 use crate::sightings_csv::{self, Sighting};
-use crate::stop_poses::{self, StopPoses};
+use crate::stop_poses::{self, Pairing, StopPoses};
 use crate::{known_toml, robot_csv, sensor_toml, source_file};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -61,7 +62,10 @@ pub fn read(folder: &Path) -> Result<PoseDataset, Error> {
     if !dialect.is_plain() {
         notes.push(format!("{}: {dialect}", file.display()));
     }
-    let sightings = sightings_csv::read_at(&file, &plain, stops.as_ref())?;
+    let encoder = EncoderFile::of(folder);
+    let pairing = Pairing { stops: stops.as_ref(), encoder: encoder.as_ref() };
+    let sightings = sightings_csv::read_at(&file, &plain, pairing)?;
+    notes.extend(encoder.and_then(|file| file.noted(&mut inputs)));
     if let Some(stops) = &stops {
         let stamps_ns: BTreeSet<i64> = sightings.iter().map(|sighting| sighting.stamp_ns).collect();
         stops.check_each_is_read(&stamps_ns)?;

@@ -4,7 +4,7 @@
 use crate::error::{Error, Problem};
 use crate::rotation_columns::RotationColumns;
 use crate::stamp;
-use crate::stop_poses::{RowKey, StopPoses};
+use crate::stop_poses::{Pairing, RowKey};
 use crate::table::{ColumnSpec, Header, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use nalgebra::Vector3;
@@ -41,13 +41,14 @@ pub struct Sighting {
     pub sigma: Option<[f64; 2]>,
 }
 
-/// Reads sightings, by rising stamp; if the robot stood at stops, rows name these in place of a stamp.
+/// Reads sightings, by rising stamp; rows may name a stop, or the count of an encoder, in place of a stamp.
 ///
 /// # Errors
-/// Anything that is not a clean table with rising stamps and one rotation, a stop without a pose, one sigma of the two.
-pub(crate) fn read_at(file: &Path, bytes: &[u8], stops: Option<&StopPoses>) -> Result<Vec<Sighting>, Error> {
+/// Anything that is not a clean table with rising stamps and one rotation, a stop without a pose, a count beyond the encoder's log, one sigma of the
+/// two.
+pub(crate) fn read_at(file: &Path, bytes: &[u8], pairing: Pairing<'_>) -> Result<Vec<Sighting>, Error> {
     let header = Header::read(file, bytes)?;
-    let key = RowKey::of(&header, stops)?;
+    let key = RowKey::of(&header, pairing)?;
     let rotation_columns = RotationColumns::find(header.names()).map_err(|problem| header.error(problem))?;
     let specs: Vec<ColumnSpec<'_>> =
         [key.spec()].into_iter().chain(PLACE).chain(rotation_columns.specs()).collect();

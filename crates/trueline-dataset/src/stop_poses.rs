@@ -2,7 +2,7 @@
 //! inside, stop number k has the stamp k + 1 s, which only pairs it with its readings.
 
 use crate::dialect::{plain_file, quoted};
-use crate::encoder_log::{self, EncoderLog};
+use crate::encoder_log::{self, EncoderFile, EncoderLog};
 use crate::error::{Error, Problem};
 use crate::hash::sha256;
 use crate::picture_poses_csv::{self, PicturePose, is_same};
@@ -175,7 +175,7 @@ pub(crate) struct Pairing<'a> {
     /// The stops of a robot that stood at each reading.
     pub stops: Option<&'a StopPoses>,
     /// The encoder that triggered them.
-    pub encoder: Option<&'a EncoderLog>,
+    pub encoder: Option<&'a EncoderFile>,
 }
 
 impl<'a> From<Option<&'a StopPoses>> for Pairing<'a> {
@@ -206,10 +206,9 @@ impl<'a> RowKey<'a> {
             let expected = "encoder.csv beside robot.csv, with time_s,encoder, and no poses.csv";
             let found = "no such pair".to_owned();
             let problem = Problem::Value { key: encoder_log::COLUMN, expected, found };
-            let log = encoder.filter(|_| stops.is_none());
-            return log
-                .map(Self::Encoder)
-                .ok_or_else(|| header.error(problem).in_column(encoder_log::COLUMN));
+            let file = encoder.filter(|_| stops.is_none());
+            let file = file.ok_or_else(|| header.error(problem).in_column(encoder_log::COLUMN))?;
+            return file.log().map(Self::Encoder);
         }
         let named = picture_poses_csv::COLUMNS_OF_NAMES
             .into_iter()
@@ -259,10 +258,10 @@ impl<'a> RowKey<'a> {
             };
             return stops.stamp_ns(name).ok_or_else(unknown);
         }
-        let stamp_ns = match self {
-            Self::Encoder(log) => counted_ns(log, table, column)?,
-            _ => table.stamp_ns(column)?,
-        };
+        if let Self::Encoder(log) = self {
+            return counted_ns(log, table, column, last_ns);
+        }
+        let stamp_ns = table.stamp_ns(column)?;
         match last_ns {
             Some(last_ns) if stamp_ns < last_ns => {
                 let (previous_s, this_s) = (stamp::seconds(last_ns), stamp::seconds(stamp_ns));
@@ -273,12 +272,31 @@ impl<'a> RowKey<'a> {
     }
 }
 
-/// The stamp of a row with an encoder's count, ns.
-fn counted_ns(log: &EncoderLog, table: &Table<'_>, column: usize) -> Result<i64, Error> {
+/// The stamp of a row with an encoder's count, ns; it does not fall from one row to the next.
+fn counted_ns(
+    log: &EncoderLog,
+    table: &Table<'_>,
+    column: usize,
+    last_ns: Option<i64>,
+) -> Result<i64, Error> {
     let count = table.required_number(column)?;
-    log.stamp_ns(count).ok_or_else(|| {
-        let expected = "a count within encoder.csv";
-        let found = format!("{count}; encoder.csv has {}", log.range());
-        table.error_in(column, Problem::Value { key: encoder_log::COLUMN, expected, found })
-    })
+    let stamps_ns = log.stamps_ns(count);
+    let error = |expected: &'static str, found: String| {
+        Err(table.error_in(column, Problem::Value { key: encoder_log::COLUMN, expected, found }))
+    };
+    match (&stamps_ns[..], last_ns) {
+        ([], _) => error("a count within encoder.csv", format!("{count}; encoder.csv has {}", log.range())),
+        ([stamp_ns], None) => Ok(*stamp_ns),
+        (several, None) => error(
+            "a first count that encoder.csv has once: leave out its rows before and after the scan",
+            format!("{count}, which the counter shows {} times", several.len()),
+        ),
+        (all, Some(last_ns)) => match all.iter().find(|stamp_ns| **stamp_ns >= last_ns) {
+            Some(stamp_ns) => Ok(*stamp_ns),
+            None => error(
+                "counts in the order in which encoder.csv has them",
+                format!("{count}, which encoder.csv has before the count of the row above"),
+            ),
+        },
+    }
 }

@@ -14,6 +14,7 @@ use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::OutlierSegment;
 use crate::assess::outliers::Outliers;
 use crate::assess::residuals::{FeatureResidual, ResidualSummary};
+use crate::assess::robot_field::OfRobot;
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::SeamError;
 use crate::assess::seam_point_error::SeamPointError;
@@ -126,6 +127,8 @@ pub struct Unknowns {
     pub estimated: Vec<bool>,
     /// Observability of the scan.
     pub observability: Observability,
+    /// The part of the robot's errors in the answer; `None` of an ideal robot, and where other sensors do not share it.
+    pub(crate) of_robot: Option<OfRobot>,
     /// Whether unobservable directions were held at the initial guess, as the user allowed.
     pub held_at_guess: bool,
     /// Whether there is a time offset. A robot that stands at each reading has none.

@@ -7,9 +7,10 @@
 //! x ← x − C Dᵀ (D C Dᵀ)⁻¹ d,     C ← C − C Dᵀ (D C Dᵀ)⁻¹ D C,
 //! ```
 //!
-//! This equals one adjustment of all readings, to first order. Robot errors that both sensors share make the lines agree better than C predicts. The
-//! uncertainties are then too large, not too small.
+//! This equals one adjustment of all readings, to first order. C also has what two answers share: the same robot errs alike where it stood alike. With
+//! columns G of unit variance by the modes of its errors, and the correlation K of two sensors' modes, that is G₁ K G₂ᵀ.
 
+use crate::assess::robot_field::OfRobot;
 use crate::calibration::Calibration;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use nalgebra::{DMatrix, DVector, Matrix4, Vector3, Vector4};
@@ -84,6 +85,7 @@ pub fn tied(sensors: &[(String, Calibration)]) -> Option<Tied> {
         let own = one.findings.unknowns.of_file.covariance.view((0, 0), (size, size)).into_owned();
         covariance.view_mut((size * k, size * k), (size, size)).copy_from(&own);
     }
+    add_shared(&mut covariance, sensors, size);
     let (apart, by) = comparison(sensors, lines, size);
     let Joined { step, covariance: tied, apart_sigmas } = joined(&covariance, &apart, &by)?;
     let sensors: Vec<TiedSensor> = sensors
@@ -103,6 +105,26 @@ pub fn tied(sensors: &[(String, Calibration)]) -> Option<Tied> {
         .collect();
     let between = (1..count).map(|k| between(&sensors, k, &tied, size)).collect();
     Some(Tied { sensors, between, apart_sigmas })
+}
+
+/// Adds what two answers share of the robot's errors.
+fn add_shared(covariance: &mut DMatrix<f64>, sensors: &[(String, Calibration)], size: usize) {
+    let of_robot = |one: &Calibration| {
+        let of = &one.findings.unknowns;
+        let OfRobot { field, columns } = of.of_robot.as_ref()?;
+        let columns = (&of.of_file.slope * columns).rows(0, size).into_owned();
+        Some(OfRobot { field: field.clone(), columns })
+    };
+    let each: Vec<Option<OfRobot>> = sensors.iter().map(|(_, one)| of_robot(one)).collect();
+    for (i, one) in each.iter().enumerate() {
+        for (j, other) in each.iter().enumerate().skip(i + 1) {
+            if let (Some(one), Some(other)) = (one, other) {
+                let shared = one.shared_with(other);
+                covariance.view_mut((size * i, size * j), (size, size)).copy_from(&shared);
+                covariance.view_mut((size * j, size * i), (size, size)).copy_from(&shared.transpose());
+            }
+        }
+    }
 }
 
 /// The joint answer.

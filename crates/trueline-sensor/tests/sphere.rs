@@ -4,8 +4,9 @@
 mod round;
 
 use nalgebra::Vector2;
-use round::{calibrated, off, options, with_options};
+use round::{ARM_M, calibrated, err_slowly, of_cast, off, options, squares, with_options};
 use trueline_dataset::sensor_setup::Mounted;
+use trueline_method::SensorMode;
 use trueline_sensor::Error;
 use trueline_sensor::board_files::BoardError;
 use trueline_sensor::board_files::round_scan::{RoundCalibration, RoundCalibrationOptions};
@@ -67,6 +68,33 @@ fn noisy_profiles_give_the_truth_within_their_uncertainty() {
     }
 }
 
+/// The errors of a robot at stops count once, whether they differ from stop to stop or change slowly.
+#[test]
+fn errors_at_stops_are_as_large_as_stated() {
+    const ROBOT_M: f64 = 0.05e-3;
+    const HAND_EYE: [usize; 6] = [1, 2, 3, 4, 5, 6];
+    let cells = 24;
+    for is_slow in [false, true] {
+        let mut sum = 0.0;
+        for seed in 200..200 + cells {
+            let mut scan = usual(true, seed);
+            scan.sighted.robot_noise = [ROBOT_M, ROBOT_M / ARM_M];
+            let options = RoundCalibrationOptions { sensor: SensorMode::Fixed, ..options(&scan) };
+            scan.sighted.robot_noise = if is_slow { [0.0; 2] } else { scan.sighted.robot_noise };
+            let mut cast = scan.cast();
+            if is_slow {
+                err_slowly(&mut cast, ROBOT_M, seed);
+            }
+            let found = of_cast(&scan, &cast, &options).unwrap();
+            sum += squares(&off(&found, &cast.sighted.truth), &found.covariance, &HAND_EYE);
+        }
+        let mean = sum / cells as f64;
+        eprintln!("slow {is_slow}: {mean:.2}");
+        // √(2 / (6 · 24)) is 0.12: four of these.
+        assert!((0.53..1.47).contains(&mean), "slow {is_slow}: {mean}");
+    }
+}
+
 #[test]
 fn a_radius_that_nobody_states_is_estimated() {
     let scan = usual(false, 5);
@@ -104,7 +132,7 @@ fn a_sensor_whose_scale_is_off_is_found_and_carried() {
     for point in cast.profiles.iter_mut().flat_map(|profile| &mut profile.points) {
         point.x_m *= 1.004;
     }
-    let found = round::of_cast(&scan, &cast, &options(&scan)).unwrap();
+    let found = of_cast(&scan, &cast, &options(&scan)).unwrap();
     assert_within(&found, &scan, "scale");
     let [h, sigma] = found.round.shape.unwrap();
     // The sensor reports too much: the correction is 1/1.004 − 1.

@@ -11,7 +11,7 @@ use super::tables_of_programs::as_text;
 use crate::axes::AxisRecord;
 use crate::axes_folder;
 use crate::dialect;
-use crate::encoder_log::EncoderLog;
+use crate::encoder_log::EncoderFile;
 use crate::error::{Error, Problem};
 use crate::images::{self, FrameFile};
 use crate::log_problem::LogProblem;
@@ -106,9 +106,12 @@ impl CsvFolder {
         let mut notes = Vec::new();
         let (SensorFile { sensor, setup }, camera) = self.read_sensor_or_camera(&mut notes)?;
         let (robot, robot_clock, axes) = self.read_robot(&mut notes)?;
+        // The log of an encoder is by the robot's clock.
+        let encoder = self.robot.parent().and_then(EncoderFile::of);
+        let pairing = Pairing { encoder: encoder.as_ref(), stops: None };
         let mut seen = match &self.profiles {
             Some(source) => {
-                let (mut profiles, clock) = self.read_profiles(source, &mut notes)?;
+                let (mut profiles, clock) = self.read_profiles(source, pairing, &mut notes)?;
                 if let Some(range_m) = source.no_return_m {
                     let taken = no_return::take_out(&mut profiles, range_m);
                     notes.push(format!(
@@ -124,9 +127,10 @@ impl CsvFolder {
             None if self.has_pictures() => {
                 self.read_pictures((robot[0].stamp_ns, robot_clock), &mut notes)?
             }
-            None => self.read_features(&sensor, &mut notes)?,
+            None => self.read_features(&sensor, pairing, &mut notes)?,
         };
-        let mut stripes = self.read_stripes(&sensor, &mut notes)?;
+        let mut stripes = self.read_stripes(&sensor, pairing, &mut notes)?;
+        notes.extend(encoder.as_ref().and_then(|file| file.noted(&mut BTreeMap::new())));
         let robot_span = (robot[0].stamp_ns, robot[robot.len() - 1].stamp_ns);
         if let Some(span) = seen.span() {
             let (later_ns, said) = to_common([robot_clock, seen.clock], [robot_span, span]);
@@ -222,6 +226,7 @@ impl CsvFolder {
     fn read_profiles(
         &self,
         source: &ProfileSource,
+        pairing: Pairing<'_>,
         notes: &mut Vec<String>,
     ) -> Result<(Vec<Profile>, Clock), Error> {
         let bytes = bytes_of(&source.file)?;
@@ -237,8 +242,6 @@ impl CsvFolder {
             let renaming =
                 Renaming { map: &self.features_map, layout: None, is_ours: &profiles_csv::is_column };
             let table = self.table(&source.file, &self.features_form, &renaming, notes)?;
-            let log = self.encoder()?;
-            let pairing = Pairing { encoder: log.as_ref(), stops: None };
             let profiles = profiles_csv::read_at(&source.file, table.csv.as_slice(), pairing)
                 .map_err(|error| in_their_words(error, &table))?;
             return Ok((profiles, table.clock));
@@ -279,7 +282,12 @@ impl CsvFolder {
     }
 
     /// `stripes.csv` beside the features, if present; for whole profiles the stripes are found in them.
-    fn read_stripes(&self, sensor: &Sensor, notes: &mut Vec<String>) -> Result<Vec<PlateStripe>, Error> {
+    fn read_stripes(
+        &self,
+        sensor: &Sensor,
+        pairing: Pairing<'_>,
+        notes: &mut Vec<String>,
+    ) -> Result<Vec<PlateStripe>, Error> {
         let file = self.features.with_file_name("stripes.csv");
         if self.profiles.is_some() || self.has_pictures() || !file.exists() {
             return Ok(Vec::new());
@@ -288,22 +296,18 @@ impl CsvFolder {
         if !dialect.is_plain() {
             notes.push(format!("{}: {dialect}", file.display()));
         }
-        let log = self.encoder()?;
-        let pairing = Pairing { encoder: log.as_ref(), stops: None };
         stripes_csv::read_of_lines(&file, csv.as_slice(), sensor, 1, pairing)
     }
 
-    /// The log of the encoder beside the robot's table, by the robot's clock.
-    fn encoder(&self) -> Result<Option<EncoderLog>, Error> {
-        self.robot.parent().map_or(Ok(None), |folder| EncoderLog::of(folder, &mut BTreeMap::new()))
-    }
-
-    fn read_features(&self, sensor: &Sensor, notes: &mut Vec<String>) -> Result<Seen, Error> {
+    fn read_features(
+        &self,
+        sensor: &Sensor,
+        pairing: Pairing<'_>,
+        notes: &mut Vec<String>,
+    ) -> Result<Seen, Error> {
         let is_ours = |name: &str| features_csv::is_column(name, sensor);
         let renaming = Renaming { map: &self.features_map, layout: None, is_ours: &is_ours };
         let table = self.table(&self.features, &self.features_form, &renaming, notes)?;
-        let log = self.encoder()?;
-        let pairing = Pairing { encoder: log.as_ref(), stops: None };
         let features = features_csv::read_at(&self.features, table.csv.as_slice(), sensor, pairing)
             .map_err(|error| in_their_words(error, &table))?;
         Ok(Seen { features, clock: table.clock, ..Seen::default() })

@@ -10,7 +10,7 @@ use crate::adjustment::form::Hats;
 use crate::adjustment::frames::{Frame, Scan};
 use crate::assess::levels::SystematicLevels;
 use crate::assess::outliers::Outliers;
-use crate::assess::robot_field::RobotField;
+use crate::assess::robot_field::{OfRobot, RobotField};
 use crate::assess::seam_error::{Share, ShareOf};
 use crate::assess::tilt_bias::TiltBias;
 use crate::config::ASSUMED_WAVINESS_M;
@@ -145,6 +145,8 @@ pub(crate) struct Answer {
     pub amplitudes: Amplitudes,
     /// Corrections of the external axes to their assumed values.
     pub axes: Option<AxisStep>,
+    /// The robot's errors; `None` of an ideal robot.
+    pub field: Option<RobotField>,
     /// The blocks that were estimated beside the unknowns.
     pub blocks: Vec<models::Block>,
     /// The stamp of each frame that was used, s, and whether it was left out.
@@ -165,6 +167,14 @@ impl Answer {
     #[must_use]
     pub(crate) fn comparable(&self) -> f64 {
         self.twice_negative_log + LEFT_OUT * self.amplitudes.out.count as f64
+    }
+
+    /// The part of the robot's errors in it; `None` of an ideal robot.
+    #[must_use]
+    pub(crate) fn of_robot(&self) -> Option<OfRobot> {
+        let is_it = |share: &&Share| matches!(share.of, ShareOf::Robot);
+        let columns = self.shares.iter().find(is_it)?.columns.clone();
+        Some(OfRobot { field: self.field.clone()?, columns })
     }
 
     /// The total covariance of the tangent.
@@ -321,6 +331,7 @@ fn answer(
         shares,
         bends: None,
         axes: axis_step(adjustment, adjusted, covariance),
+        field: adjustment.columns.blocks.iter().find_map(Block::robot_field).cloned(),
         frames: stamps(adjustment),
         blocks: adjustment.columns.blocks.iter().filter_map(Block::name).collect(),
         amplitudes: Amplitudes {

@@ -96,6 +96,12 @@ impl Block {
         Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
     }
 
+    /// The robot's errors, of such a block.
+    #[must_use]
+    pub(crate) fn robot_field(&self) -> Option<&RobotField> {
+        if let Kind::Robot(field) = &self.kind { Some(field) } else { None }
+    }
+
     /// Prior variance of each column.
     #[must_use]
     pub(crate) fn variance(&self, k: usize) -> f64 {

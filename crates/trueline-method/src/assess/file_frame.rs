@@ -82,6 +82,8 @@ pub struct HandEyeOfFile {
     pub covariance: DMatrix<f64>,
     /// Its random part.
     pub noise_covariance: DMatrix<f64>,
+    /// How its numbers follow those of the answer.
+    pub slope: DMatrix<f64>,
 }
 
 impl HandEyeOfFile {
@@ -109,6 +111,7 @@ impl HandEyeOfFile {
             tool_from_camera: at.tool_from_camera * frame.camera_from_file,
             covariance: carried(covariance),
             noise_covariance: carried(noise_covariance),
+            slope,
         }
     }
 }

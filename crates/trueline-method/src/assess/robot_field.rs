@@ -46,13 +46,24 @@ impl RobotSigmas {
         Self::of_position(accuracy_m * SHARE_FOR_ANOTHER)
     }
 
+    /// Errors that change slowly, of these in all, where the errors that differ from pose to pose have a position part of this size, m: the squares
+    /// add up. So an error that the residuals show does not count twice.
+    #[must_use]
+    pub fn beside(self, noise_m: f64) -> Self {
+        if self.position_m <= 0.0 {
+            return self;
+        }
+        let part = (1.0 - (noise_m / self.position_m).powi(2)).max(0.0).sqrt();
+        Self { position_m: self.position_m * part, attitude_rad: self.attitude_rad * part }
+    }
+
     fn of_position(position_m: f64) -> Self {
         Self { position_m, attitude_rad: position_m / ARM_M }
     }
 }
 
 /// The process over the poses of a scan, as independent modes of unit variance.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct RobotField {
     poses: Vec<Pose>,
     /// Kernel to modes: Λ^(−1/2) Vᵀ.
@@ -90,6 +101,15 @@ impl RobotField {
         self
     }
 
+    /// Correlation of its modes with those of another field over the same robot's workspace.
+    #[must_use]
+    pub(crate) fn correlation(&self, other: &Self) -> DMatrix<f64> {
+        let kernel = DMatrix::from_fn(self.poses.len(), other.poses.len(), |i, j| {
+            alike(&self.poses[i], &other.poses[j])
+        });
+        &self.modes * kernel * other.modes.transpose()
+    }
+
     /// Number of modes of each of the six errors.
     #[must_use]
     pub(crate) fn modes(&self) -> usize {
@@ -101,6 +121,32 @@ impl RobotField {
     pub fn at(&self, pose: &Pose) -> DVector<f64> {
         let kernel = DVector::from_iterator(self.poses.len(), self.poses.iter().map(|p| alike(p, pose)));
         &self.modes * kernel
+    }
+}
+
+/// How an answer follows the robot's errors.
+#[derive(Clone, Debug)]
+pub struct OfRobot {
+    /// The errors.
+    pub field: RobotField,
+    /// Columns of the tangent, each of unit variance: six for each mode.
+    pub columns: DMatrix<f64>,
+}
+
+impl OfRobot {
+    /// The covariance that it shares with another answer for the same robot.
+    #[must_use]
+    pub(crate) fn shared_with(&self, other: &Self) -> DMatrix<f64> {
+        let alike = self.field.correlation(&other.field);
+        let mut shared = DMatrix::zeros(self.columns.nrows(), other.columns.nrows());
+        for component in 0..6 {
+            let of = |answer: &Self| {
+                let modes: Vec<usize> = (0..answer.field.modes()).map(|mode| 6 * mode + component).collect();
+                answer.columns.select_columns(&modes)
+            };
+            shared += of(self) * &alike * of(other).transpose();
+        }
+        shared
     }
 }
 
@@ -117,9 +163,56 @@ pub fn alike(one: &Pose, other: &Pose) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{REACH_M, REACH_RAD, alike};
-    use nalgebra::Vector3;
-    use trueline_geometry::{se3, so3};
+    use super::{OfRobot, REACH_M, REACH_RAD, RobotField, RobotSigmas, alike};
+    use nalgebra::{DMatrix, Vector3};
+    use trueline_geometry::{Pose, se3, so3};
+
+    fn of_robot(path: &[Pose], columns: impl Fn(usize, usize) -> f64) -> Option<OfRobot> {
+        let field = RobotField::new(RobotSigmas::of_accuracy(0.3e-3), path)?;
+        let columns = DMatrix::from_fn(7, 6 * field.modes(), columns);
+        Some(OfRobot { field, columns })
+    }
+
+    fn path(from_m: f64) -> Vec<Pose> {
+        let pose = |k: i32| {
+            let part = f64::from(k) / 40.0;
+            se3::from_parts(
+                so3::exp(&Vector3::new(0.4 * part, 0.3 * (5.0 * part).sin(), 0.0)),
+                Vector3::new(from_m + 0.4 * part, 0.1 * (9.0 * part).cos(), 0.2),
+            )
+        };
+        (0..40).map(pose).collect()
+    }
+
+    /// Answers that follow the same errors in the same way share all of them; those of robots far apart share none.
+    #[test]
+    fn answers_share_what_their_robot_errs_by_in_both() {
+        let columns = |i: usize, j: usize| ((3 * i + 5 * j) as f64).sin();
+        let (Some(one), Some(far)) = (of_robot(&path(0.0), columns), of_robot(&path(9.0), columns)) else {
+            unreachable!("the robot has errors")
+        };
+        let own = &one.columns * one.columns.transpose();
+        // Modes of less than 1e-4 of the largest are left out.
+        assert!((one.shared_with(&one) - &own).amax() < 1e-9 * own.amax());
+        assert!(one.shared_with(&far).amax() < 1e-12 * own.amax());
+        // Of a path nearby they share a part, in either direction.
+        let Some(near) = of_robot(&path(0.1), columns) else { unreachable!("the robot has errors") };
+        let shared = one.shared_with(&near);
+        assert!((&shared - near.shared_with(&one).transpose()).amax() < 1e-9 * own.amax());
+        assert!(shared.amax() > 0.1 * own.amax());
+    }
+
+    #[test]
+    fn what_differs_from_pose_to_pose_and_what_changes_slowly_add_up() {
+        let all = RobotSigmas::of_accuracy(0.3e-3);
+        let slow = all.beside(0.03e-3);
+        // 0.05² = 0.03² + 0.04².
+        assert!(
+            (slow.position_m - 0.04e-3).abs() < 1e-12 && (slow.attitude_rad - 0.04e-3 / 1.5).abs() < 1e-12
+        );
+        assert_eq!(all.beside(0.06e-3), RobotSigmas::default());
+        assert_eq!(RobotSigmas::default().beside(0.06e-3), RobotSigmas::default());
+    }
 
     /// Against the logarithm of the rotation, for angles from zero to a full turn.
     #[test]

@@ -9,7 +9,7 @@ use crate::error::{AxisMistake, Error};
 use crate::input::axis_chain::AxisChain;
 use nalgebra::{UnitVector3, Vector3};
 use trueline_dataset::{AxisRecord, Carries, Recording};
-use trueline_geometry::{Axis, AxisKind, Pose};
+use trueline_geometry::{Axis, AxisKind, Line, Pose};
 
 /// Maximum number of calibrations.
 const ROUNDS: usize = 8;
@@ -82,8 +82,8 @@ fn converged(
 /// directions, these decide. The start uses one of them, and does not decide.
 fn mirrored(recording: &Recording, best: &Calibration) -> Option<Recording> {
     let lines = &best.findings.unknowns.parameters.lines;
-    let along = lines.get(most_read(recording)? as usize)?.direction();
-    if are_parallel(lines) || best.reasons().is_empty() {
+    let along = mirror(recording, lines)?;
+    if best.reasons().is_empty() {
         return None;
     }
     let mut other = recording.clone();
@@ -100,6 +100,13 @@ fn mirrored(recording: &Recording, best: &Calibration) -> Option<Recording> {
         record.known = Some(axis);
     }
     is_other.then_some(other)
+}
+
+/// The direction along which a start may have found a linear axis the wrong way: that of the seam which it used. `None` of seams in one direction,
+/// which decide nothing.
+fn mirror(recording: &Recording, lines: &[Line]) -> Option<Vector3<f64>> {
+    let used = lines.get(most_read(recording)? as usize)?;
+    (!are_parallel(lines)).then(|| used.direction())
 }
 
 /// The direction of a linear axis mirrored along a seam. Points move across the seam as before.
@@ -217,7 +224,27 @@ fn stated(axis: &AxisRecord) -> Axis {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use trueline_sim::{Preset, simulate};
+
+    /// The start uses the seam with the most readings: about another one the mirror image of a track is no solution.
+    #[test]
+    fn a_track_is_mirrored_about_the_seam_that_the_start_used() {
+        let mut recording = simulate(&Preset::Quick.scenario(), 1).unwrap();
+        let line =
+            |direction: Vector3<f64>| Line::new(Vector3::zeros(), &UnitVector3::new_normalize(direction));
+        let lines = [line(Vector3::x()), line(Vector3::y()), line(Vector3::new(1.0, 1.0, 0.0))];
+        for used in 0..3 {
+            for (k, feature) in recording.features.iter_mut().enumerate() {
+                // Half of the readings are of one seam, a quarter of each other one.
+                feature.line = (if k % 2 == 0 { used } else { used + 1 + (k as u32 / 2) % 2 }) % 3;
+            }
+            let along = mirror(&recording, &lines).unwrap();
+            assert!((along - lines[used as usize].direction()).norm() < 1e-12, "{used}: {along}");
+        }
+        assert!(mirror(&recording, &[lines[0]; 3]).is_none());
+    }
 
     /// Across the seam it moves as before, and along it the other way: a wrong sign here leaves a track on its wrong side.
     #[test]

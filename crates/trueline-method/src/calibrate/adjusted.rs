@@ -190,9 +190,10 @@ pub(crate) fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, fin
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     findings.fit.feature_stamps_ns = features.iter().map(stamp_of).collect();
     findings.fit.features = features;
+    let of_robot = answer.of_robot();
     findings.fit.amplitudes = Some(answer.amplitudes);
-    findings.unknowns =
-        with_sensor(from, Answered { parameters: answer.at, covariance, noise_covariance, observability });
+    let answered = Answered { parameters: answer.at, covariance, noise_covariance, observability, of_robot };
+    findings.unknowns = with_sensor(from, answered);
     findings.unknowns.sensor = beside_cause(from, &findings.unknowns);
     if !findings.unknowns.sensor.is_some_and(|shape| shape.is_off()) {
         findings.checks.confounded_causes.clear();

@@ -3,6 +3,7 @@
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
 use crate::assess::observability::Observability;
+use crate::assess::robot_field::OfRobot;
 use crate::assess::sensor_shape::SensorShape;
 use crate::calibrate::concluded::Concluded;
 use crate::findings::Unknowns;
@@ -25,11 +26,13 @@ pub(crate) struct Answered {
     pub noise_covariance: DMatrix<f64>,
     /// Its observability.
     pub observability: Observability,
+    /// The part of the robot's errors in it; `None` of an ideal robot.
+    pub of_robot: Option<OfRobot>,
 }
 
 /// Adds the sensor shape. The transform belongs to the stated sensor file.
 pub(crate) fn with_sensor(from: &Concluded<'_>, answered: Answered) -> Unknowns {
-    let Answered { parameters, covariance, noise_covariance, observability } = answered;
+    let Answered { parameters, covariance, noise_covariance, observability, of_robot } = answered;
     let observations = &from.assessed.drift_free.observations;
     let shows_hand_eye = observability.shows_hand_eye();
     // A held transform belongs to the sensor file that the user stated.
@@ -48,6 +51,7 @@ pub(crate) fn with_sensor(from: &Concluded<'_>, answered: Answered) -> Unknowns 
         covariance,
         noise_covariance,
         observability,
+        of_robot,
         held_at_guess: false,
         has_time_offset: !from.settings.config.at_stops,
     }

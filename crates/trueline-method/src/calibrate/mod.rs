@@ -197,7 +197,7 @@ fn with_stated_lens(
     let levels = SystematicLevels::of(recording, config, &knowledge, settings.shape_prior.is_none());
     let assessed = Assessed { drift_free: DriftFree { fit, ..drift_free }, information, observability };
     let (unbiased, seems) = alone(assessed, recording, &settings, &levels)?;
-    let levels = unbiased.levels(levels);
+    let levels = beside_stops(unbiased.levels(levels), &unbiased.assessed, config);
     let robot_seems = released.map_or(seems, |released| released.findings.checks.robot_seems);
     let Unbiased { assessed, structure, cause, bias } = unbiased;
     conclude(&Concluded {
@@ -219,6 +219,21 @@ fn with_stated_lens(
         time_offset_share,
         released,
     })
+}
+
+/// At stops the residuals contain what the robot errs by from one to the next: the rest of its errors changes slowly. With external axes the adjustment
+/// separates the two.
+fn beside_stops(levels: SystematicLevels, assessed: &Assessed, config: &Config) -> SystematicLevels {
+    let DriftFree { observations, fit, .. } = &assessed.drift_free;
+    if !config.at_stops || observations.robot.axes.is_some() {
+        return levels;
+    }
+    let list = fit.placed.of(observations);
+    let (count, unknowns) = (2.0 * list.len() as f64, assessed.information.rank() as f64);
+    let squares_per_freedom = fit.noise.factor.powi(2) * (count / (count - unknowns)).max(1.0);
+    let of_features: f64 = list.iter().map(|o| o.covariance[0] + o.covariance[2]).sum();
+    let beyond = of_features / count.max(1.0) * (squares_per_freedom - 1.0).max(0.0);
+    SystematicLevels { robot: levels.robot.beside(beyond.sqrt()), ..levels }
 }
 
 /// Adds the separate tests for a bias of the features and for a worse robot. An adjustment of all errors makes both unnecessary.

@@ -8,6 +8,7 @@ use crate::assess::misfit_patterns::Patterns;
 use crate::assess::observability::{Group, RANK_THRESHOLD};
 use crate::assess::profile_likelihood::{self, Widening};
 use crate::assess::residuals::{self, FeatureResidual, ResidualSummary};
+use crate::assess::robot_field::{OfRobot, RobotField};
 use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
 use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicSums};
@@ -52,7 +53,9 @@ pub(crate) fn of(from: &Concluded<'_>, problem: &LineProblem<'_>) -> NoiseAlone 
         root,
         &from.held_sigmas(),
     );
-    let mut unknowns = unknowns(from, &uncertainty, &systematic);
+    let of_robot = |field: &RobotField| OfRobot { field: field.clone(), columns: systematic.robot.clone() };
+    let of_robot = sums.field.as_ref().map(of_robot);
+    let mut unknowns = unknowns(from, &uncertainty, &systematic, of_robot);
     unknowns.sensor = beside_cause(from, &unknowns);
     let (features, skipped) = residuals::evaluate(problem, fit.parameters());
     if features.is_empty() {
@@ -162,7 +165,12 @@ fn clock(drift_free: &DriftFree) -> ClockFindings {
     }
 }
 
-fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Unknowns {
+fn unknowns(
+    from: &Concluded<'_>,
+    uncertainty: &Uncertainty,
+    systematic: &Systematic,
+    of_robot: Option<OfRobot>,
+) -> Unknowns {
     let noise_covariance = from.with_time_offset_widened(uncertainty.covariance.clone());
     let covariance = &noise_covariance + systematic.covariance();
     let answered = Answered {
@@ -170,6 +178,7 @@ fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &System
         observability: from.assessed.observability.clone().bounded(&covariance),
         covariance,
         noise_covariance,
+        of_robot,
     };
     let held_at_guess = from.assessed.drift_free.fit.prior.is_some();
     Unknowns { held_at_guess, ..with_sensor(from, answered) }

@@ -83,7 +83,9 @@ pub(crate) fn add_stripes(
     let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);
     findings.checks.seam_point_error = all_seen.then(torch).flatten();
     findings.checks.seam_error = seam_error.filter(|_| all_seen);
-    findings.unknowns =
-        with_sensor(from, Answered { parameters, covariance, noise_covariance, observability });
+    findings.unknowns = with_sensor(
+        from,
+        Answered { parameters, covariance, noise_covariance, observability, of_robot: None },
+    );
     Ok(())
 }

@@ -91,8 +91,11 @@ pub fn calibrate(
                      (stops, sought): (Option<Stops>, RoundOptions)|
      -> Result<RoundCalibration, BoardError> {
         let round = fitted(&arcs.cuts, &arcs.sheet, path, noise, &sought).map_err(failed)?;
+        // The residuals contain what differs from reading to reading, but not what neighbours share. At stops both are of the stated accuracy.
+        let of_noise = round.stop_noise_part;
+        let field = if stops.is_some() { field.beside(of_noise * field.position_m) } else { field };
+        let robot_noise_m = of_noise * robot_noise_m;
         Ok(RoundCalibration {
-            // The residuals have what differs from reading to reading, and not what neighbours share.
             covariance: round.pose.covariance + round.of_sensor + of_robot(&round.pose, path, field),
             round,
             robot_noise_m,

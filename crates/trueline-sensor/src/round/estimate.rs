@@ -6,6 +6,7 @@ use super::model::{Follows, RADIUS, RoundState, SHAPE, SIZE};
 use super::problem::{FEWEST, RoundProblem, Scan, converged, rounds};
 use super::sheet_frame::SheetFrame;
 use super::start;
+use super::stop_noise;
 use super::target::{RoundTarget, Rows};
 use crate::board_hand_eye::lasting_motion::{shared, with_rates_of};
 use crate::board_hand_eye::poses::{ONE_OFFSET_S, OtherOffset, PoseFit, REACH_S, paired_z};
@@ -81,6 +82,8 @@ pub struct RoundFit {
     pub of_sensor: SMatrix<f64, { unknowns::SIZE }, { unknowns::SIZE }>,
     /// Errors of cuts that are left out.
     pub held_out: Option<HeldOut>,
+    /// Part of the stated errors of the robot at stops that differs from stop to stop, 0 to 1; 1 of a robot that moves.
+    pub stop_noise_part: f64,
 }
 
 /// Estimates everything from cuts (in the order of the path's stamps) of a target that stands still, or that the robot carries before a
@@ -114,9 +117,11 @@ pub fn calibrate(
     let best = *fitted.first().ok_or(why)?;
     let others = fitted.iter().skip(1).filter_map(|other| rival(&scan, &best, other));
     let runner_up = others.min_by(|a, b| a.z.total_cmp(&b.z));
-    let mut fit = concluded(&scan, &best, options)?;
+    let stop_noise_part = stop_noise::part(&scan, &best)?;
+    let noise = stop_noise::scaled(noise, stop_noise_part);
+    let mut fit = concluded(&Scan { noise: &noise, ..scan }, &best, options)?;
     fit.pose.runner_up = runner_up;
-    Ok(fit)
+    Ok(RoundFit { stop_noise_part, ..fit })
 }
 
 /// Answers that few cuts give from starts all around, each once, the likeliest first.
@@ -244,7 +249,7 @@ fn concluded(scan: &Scan<'_>, best: &RoundState, options: &RoundOptions) -> Resu
     let held_of_target: Vec<usize> = held.iter().copied().filter(|k| *k < RADIUS).collect();
     let residuals: Vec<Option<Rows>> = (0..scan.cuts.len()).map(|k| problem.residual(k, &state)).collect();
     let counting: Vec<Rows> = problem.counting().filter_map(|k| residuals[k]).collect();
-    let freedom = freedom(scan, counting.len());
+    let freedom = scan.freedom(counting.len());
     let squares_per_freedom = 2.0 * equations.cost / freedom;
     let lasting = if scan.robot.stamps_s().is_empty() { 1.0 } else { lasting(&counting, Rows::dot) };
     let factor = squares_per_freedom.max(1.0) * lasting;
@@ -286,13 +291,8 @@ fn concluded(scan: &Scan<'_>, best: &RoundState, options: &RoundOptions) -> Resu
         shape: scan.shape.map(|_| [state.shape, shape_sigma]),
         of_sensor: of_held_shape(&equations.hessian, &all, &options.held_shape),
         held_out,
+        stop_noise_part: 1.0,
     })
-}
-
-/// Readings less unknowns, one at the least. A shape with a prior brings as many readings as unknowns.
-fn freedom(scan: &Scan<'_>, counting: usize) -> f64 {
-    let estimated = SIZE - scan.held().len() - if scan.shape.is_some() { SIZE - SHAPE } else { 0 };
-    ((scan.row.rows * counting) as f64 - estimated as f64).max(1.0)
 }
 
 /// What the target's unknowns owe to a shape that is held and uncertain: S P Sᵀ with S = −C JᵀJ_s.

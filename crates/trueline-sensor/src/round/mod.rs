@@ -23,6 +23,7 @@ pub mod model;
 pub(crate) mod problem;
 pub mod sheet_frame;
 mod start;
+mod stop_noise;
 pub mod target;
 
 pub use cut::Cut;

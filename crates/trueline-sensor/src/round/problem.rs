@@ -40,6 +40,12 @@ impl Scan<'_> {
         self.row.held.iter().copied().chain(time).chain(radius).chain(shape).collect()
     }
 
+    /// Readings less unknowns, one at the least, with a number of cuts that count. A shape with a prior brings as many readings as unknowns.
+    pub(super) fn freedom(&self, counting: usize) -> f64 {
+        let estimated = SIZE - self.held().len() - if self.shape.is_some() { SIZE - SHAPE } else { 0 };
+        ((self.row.rows * counting) as f64 - estimated as f64).max(1.0)
+    }
+
     pub(super) fn tool(&self, k: usize, at: &RoundState) -> Option<ToolState> {
         self.robot.at(k, at.unknowns.time_offset_s)
     }
@@ -105,7 +111,7 @@ impl<'a> RoundProblem<'a> {
         }
     }
 
-    fn keeping(mut self, used: &[bool]) -> Self {
+    pub(super) fn keeping(mut self, used: &[bool]) -> Self {
         for (own, other) in self.used.iter_mut().zip(used) {
             *own = *own && *other;
         }

@@ -153,7 +153,8 @@ fn open_pictures(
     if let Some(channel) = pictures.channel() {
         observer.told(&Told::Channel(channel));
     }
-    let mut recording = folder::read_with_features(path, found)?;
+    let FolderContent { mut recording, notes, .. } = folder::read_with_features(path, found)?;
+    notes.iter().for_each(|note| observer.told(&Told::Note(note)));
     recording.inputs.insert("images".to_owned(), key);
     Ok(Opened { recording, pictures: Some(Box::new(pictures)), stamp_meaning: None, trigger: None })
 }

@@ -177,6 +177,7 @@ impl Scan {
             parameters,
             covariance,
             noise_covariance: noise,
+            of_robot: None,
             held_at_guess: false,
             has_time_offset: true,
         }
