@@ -1,6 +1,6 @@
 //! All findings about a scan, before the verdict.
 
-use crate::adjustment::answer::Amplitudes;
+use crate::adjustment::error_sizes::Amplitudes;
 use crate::assess::confounded_causes::ConfoundedCause;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;

@@ -11,7 +11,7 @@ use trueline_dataset::result_file::{
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Line;
-use trueline_method::adjustment::answer::Amplitudes;
+use trueline_method::adjustment::error_sizes::Amplitudes;
 use trueline_method::assess::observability::{Group, RANK_THRESHOLD, Unobservable};
 use trueline_method::curve::estimate::{CurveEstimate, SeamOfCurve};
 use trueline_method::hypotheses::ambiguity::RivalAnswer;

@@ -7,6 +7,7 @@
 //! | `form`, `blocks` | errors as columns with an amplitude |
 //! | `columns`, `table` | the order of the columns, and the rows of all frames |
 //! | `coloured` | correlated noise, whitened by a filter |
+//! | `error_sizes` | the sizes of all errors, as a result states them |
 //! | `equations`, `amplitudes`, `weights` | solution, sizes of the blocks, weights of the frames |
 //! | `adjust` | the rounds |
 //! | `axis_step` | corrections of the external axes |
@@ -21,6 +22,7 @@ mod blocks;
 pub mod coloured;
 mod columns;
 mod equations;
+pub mod error_sizes;
 mod form;
 mod frames;
 mod neighbours;

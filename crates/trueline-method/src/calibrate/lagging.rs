@@ -3,7 +3,8 @@
 //! An arm of joints with the lags τ + δ_k is late by (τ + J diag(δ) J⁻¹) times its twist. The mean delay belongs to the time offset. The
 //! remainder is the curvature of the path (τ² ÿ / 2), and a matrix over the twist that is nearly constant along a scan.
 
-use crate::adjustment::answer::{Amplitudes, Answer, Settings, adjust};
+use crate::adjustment::answer::{Answer, Settings, adjust};
+use crate::adjustment::error_sizes::Amplitudes;
 use crate::calibrate::concluded::Concluded;
 use crate::calibrate::in_common::some_of;
 use crate::hypotheses::clock_drift::DriftFree;

@@ -1,6 +1,6 @@
 //! Error sizes from the adjusted seam points. The stripes come from the same frames and have the same errors.
 
-use crate::adjustment::answer::Amplitudes;
+use crate::adjustment::error_sizes::Amplitudes;
 use crate::problem::unknowns::LINES;
 use nalgebra::DMatrix;
 

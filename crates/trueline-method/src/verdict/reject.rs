@@ -8,7 +8,7 @@ use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
 use super::stepped_stretch;
-use crate::adjustment::answer::Amplitudes;
+use crate::adjustment::error_sizes::Amplitudes;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::outliers::Outliers;
 use crate::assess::profile_likelihood;
