@@ -1,8 +1,8 @@
 //! A curved seam in pieces, each nearly a parabola. A part with such a seam is treated like a part with many short seams.
 //!
-//! The first weld of a part cuts the curve. A piece is up to 40 mm long, and so short that a parabola is off its arc by at most
-//! 0.024 mm. With a radius R and a turn α it is off by R·α⁴/128: half a radian of 50 mm, 0.7 rad of 12 mm. Later welds of the part
-//! are cut at the same places: a point belongs to the piece with the nearest middle.
+//! The first weld of a part cuts the curve. A piece is up to 40 mm long and turns by up to half a radian, so a parabola is off an
+//! arc of radius R by at most R·0.5⁴/128, 0.03 mm for 60 mm. Later welds of the part are cut at the same places: a point belongs
+//! to the piece with the nearest middle.
 
 use super::seam_fit::{SeamFit, fitted_piece, in_base};
 use super::weld_error::{LEAST_FEATURES, WeldError};
@@ -12,8 +12,8 @@ use trueline_geometry::Line;
 use trueline_method::evaluate::placed_features::PlacedFeatures;
 use trueline_method::order_statistics::median;
 
-/// Largest distance of a piece from its parabola, m …
-const OFF_M: f64 = 0.0244e-3;
+/// Largest turn of a piece, rad …
+const TURN_RAD: f64 = 0.5;
 /// … and its largest length, m.
 const LENGTH_M: f64 = 40e-3;
 /// A piece has twice the required features, because its neighbours may get some.
@@ -94,10 +94,9 @@ fn middles(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let nodes = nodes(points);
     let steps: Vec<Vector3<f64>> = nodes.windows(2).map(|pair| pair[1] - pair[0]).collect();
     // Fraction of a piece used by each step: of its turn or of its length.
-    let turn = |k: usize| if k == 0 { f64::EPSILON } else { steps[k - 1].angle(&steps[k]).max(f64::EPSILON) };
-    let taken: Vec<f64> = (0..steps.len())
-        .map(|k| (turn(k) / most_rad(steps[k].norm() / turn(k))).max(steps[k].norm() / LENGTH_M))
-        .collect();
+    let turn = |k: usize| if k == 0 { 0.0 } else { steps[k - 1].angle(&steps[k]) };
+    let taken: Vec<f64> =
+        (0..steps.len()).map(|k| (turn(k) / TURN_RAD).max(steps[k].norm() / LENGTH_M)).collect();
     let all: f64 = taken.iter().sum();
     let count = (all.ceil() as usize).clamp(1, (points.len() / FEATURES).max(1));
     let (mut done, mut middles) = (0.0, Vec::with_capacity(count));
@@ -110,11 +109,6 @@ fn middles(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         done += taken;
     }
     middles
-}
-
-/// Largest turn of a piece of a radius, rad.
-fn most_rad(radius_m: f64) -> f64 {
-    (128.0 * OFF_M / radius_m).powf(0.25)
 }
 
 /// Places along a curve, each where the curve first leaves the neighbourhood of the earlier ones: a second pass adds none.
@@ -133,23 +127,6 @@ fn nodes(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The parabola with the arc's curvature is off at the ends as allowed; through the ends it is off by a quarter of that.
-    #[test]
-    fn a_piece_is_off_its_arc_by_what_is_allowed() {
-        for radius_m in [0.008, 0.012, 0.05] {
-            let half = 0.5 * most_rad(radius_m);
-            // y = x² h / w² about the top, through the ends; the arc's height at x is R − √(R² − x²).
-            let (width, height) = (radius_m * half.sin(), radius_m * (1.0 - half.cos()));
-            let off = |k: i32| {
-                let x = width * f64::from(k) / 200.0;
-                (height * (x / width).powi(2) - (radius_m - (radius_m * radius_m - x * x).sqrt())).abs()
-            };
-            let most = (0..=200).map(off).fold(0.0, f64::max);
-            // Terms of the sixth order are below α²/4, 20 % for 0.9 rad.
-            assert!((most / OFF_M - 0.25).abs() < 0.06, "{radius_m}: {most}");
-        }
-    }
 
     /// A ring of 50 mm turns by 2π: thirteen pieces of half a radian, on the ring and evenly spaced, after one pass or two.
     #[test]
