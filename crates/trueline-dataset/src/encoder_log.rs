@@ -98,10 +98,10 @@ impl EncoderLog {
         let [Some((_, first)), Some((_, last))] = [rows.first(), rows.last()] else {
             return Err(Error::in_file(file, Problem::NoRows));
         };
-        let sign = (last - first).signum();
         if last == first {
             return Err(Error::in_file(file, value("an encoder that moves", *first)));
         }
+        let sign = direction(&rows).unwrap_or((last - first).signum());
         let mut reached: Vec<(i64, f64)> = Vec::with_capacity(rows.len());
         for (row, (stamp_ns, count)) in rows.into_iter().enumerate() {
             let furthest = reached.last().map_or(f64::NEG_INFINITY, |(_, furthest)| *furthest);
@@ -145,6 +145,13 @@ impl EncoderLog {
         let wraps = if self.wrap.is_some() { ", and wraps" } else { "" };
         format!("a count from {} to {}{wraps}", of(self.reached.first()), of(self.reached.last()))
     }
+}
+
+/// The direction of most steps: a counter that is set back is behind its beginning, and still counts up. `None` if no direction has more steps.
+fn direction(rows: &[(i64, f64)]) -> Option<f64> {
+    let steps = rows.iter().zip(&rows[1..]).map(|((_, from), (_, to))| to - from);
+    let votes: f64 = steps.filter(|step| step.abs() > TREMBLES).map(f64::signum).sum();
+    (votes != 0.0).then(|| votes.signum())
 }
 
 /// The error at the row where an encoder turns back.
