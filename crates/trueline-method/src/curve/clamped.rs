@@ -12,6 +12,7 @@ use crate::config::PartMoves;
 use crate::curve::considered::{Considered, Errors, ShapeError};
 use crate::curve::fit::Fitted;
 use crate::curve::improved::Beside;
+use crate::curve::part::pass_count;
 use crate::curve::readings::Readings;
 use crate::curve::robot;
 use crate::curve::solve::{DECISIVE, Finished};
@@ -19,6 +20,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// Scatter of a usual fixture. Larger moves are found as well: they cost a few units of log likelihood and gain hundreds.
 const USUAL: PartMoves = PartMoves { shift_m: 0.3e-3, turn_rad: 1.75e-3 };
+/// Nobody clamps a part again more often during a scan. More passes are those of a sensor that sways over a short curve.
+const MOST_PASSES: usize = 24;
 /// Rounds of the noise level.
 const ROUNDS: usize = 4;
 
@@ -26,7 +29,7 @@ const ROUNDS: usize = 4;
 /// say, and spoils nothing.
 #[must_use]
 pub(crate) fn moved_by_m(readings: &Readings, finished: &Finished, errors: &Errors<'_>) -> Option<f64> {
-    if errors.part.is_some() {
+    if errors.part.is_some() || pass_count(&finished.fitted) > MOST_PASSES {
         return None;
     }
     let shape = errors.shape.map(|shape| ShapeError { is_estimated: false, ..shape });

@@ -17,14 +17,17 @@ use trueline_geometry::so3;
 
 /// Unknowns of a pass.
 const PLACE: usize = 6;
+/// Readings that a pass needs for each of them, on average: else its moves are those of a sensor that sways.
+const READINGS_PER_UNKNOWN: usize = 5;
 
 impl PartMoves {
-    /// Displacement of the readings by one standard deviation of each unknown; `None` for a single pass.
+    /// Displacement of the readings by one standard deviation of each unknown; `None` for a single pass, and for passes of too few readings.
     #[must_use]
     pub(crate) fn at(&self, fitted: &Fitted) -> Option<Considered> {
         let spline = &fitted.state.spline;
         let passes = self::passes(fitted).of;
-        let last = passes.iter().copied().max().filter(|last| *last > 0)?;
+        let most = passes.len() / (READINGS_PER_UNKNOWN * PLACE);
+        let last = passes.iter().copied().max().filter(|last| (1..=most).contains(last))?;
         let middle = spline.control.iter().sum::<Vector3<f64>>() / spline.control.len() as f64;
         let by_reading = |(k, seen): (usize, &Option<Sight>)| {
             let (seen, pass) = (seen.as_ref()?, passes[k].checked_sub(1)?);
@@ -47,6 +50,12 @@ impl PartMoves {
             reading.covariance[2] += self.shift_m.powi(2);
         }
     }
+}
+
+/// Number of passes over the curve.
+#[must_use]
+pub(crate) fn pass_count(fitted: &Fitted) -> usize {
+    passes(fitted).of.into_iter().max().map_or(0, |last| last + 1)
 }
 
 fn passes(fitted: &Fitted) -> Passes {
