@@ -177,6 +177,12 @@ fn is_misfit(line: &Calibration) -> bool {
     line.reasons().iter().any(of_misfit)
 }
 
+/// Whether nothing speaks against the line but the size of its ±.
+fn is_imprecise(line: &Calibration) -> bool {
+    let of_size = |reason: &Reason| matches!(reason, Reason::SeamErrorTooLarge { .. });
+    is_refused(line) && line.reasons().iter().all(of_size)
+}
+
 fn is_bowed(line: &Calibration) -> bool {
     let bow_m = |bow: &trueline_model::Curvature| bow.bow_m[0].hypot(bow.bow_m[1]);
     line.best_fit().curvatures.iter().any(|bow| bow_m(bow) > BOWED_M)
@@ -186,10 +192,10 @@ fn is_bowed(line: &Calibration) -> bool {
 /// unobservable directions, and a curve does not make these observable.
 fn is_better(line: &Calibration, answer: &Answered) -> bool {
     // In one pass a curve can follow a lag, a wrong laser plane or robot errors, and in several passes part of them. A curve that hardly bends
-    // counts only if it explains all, and a single pass only if the line does not fit.
+    // counts only if it explains all, and a single pass only if the line is more than imprecise.
     let bends = bends_m(&answer.curve.points_m) > BOWED_M;
     let explains_all = !answer.curve.is_one_pass && answer.finished.factor < verdict::NOISE_FACTOR;
-    if !(bends || explains_all) || answer.curve.is_one_pass && !is_misfit(line) {
+    if !(bends || explains_all) || answer.curve.is_one_pass && is_imprecise(line) {
         return false;
     }
     if !is_refused(line) {
