@@ -10,6 +10,7 @@ use crate::adjustment::columns::Columns;
 use crate::adjustment::equations::{Equations, Factors, Prior, Solved};
 use crate::adjustment::frames::{Frame, Scan, places};
 use crate::adjustment::neighbours::Neighbours;
+use crate::adjustment::noise_search::{Reach, about, likeliest};
 use crate::adjustment::table::Table;
 use crate::adjustment::weights::weights;
 use crate::assess::tilt_bias::TiltBias;
@@ -23,20 +24,16 @@ use nalgebra::{DMatrix, DVector, Vector1, Vector2};
 const CUTS: [f64; 5] = [4.0, 4.5, 5.5, 5.5, 5.5];
 /// First round in which the amplitudes follow the scan. Earlier, outliers and tacks would inflate them.
 const FIRST_OF_AMPLITUDES: usize = 1;
-/// Rounds in which the noise model is chosen.
-const ROUNDS_OF_NOISE: [usize; 2] = [1, 2];
+/// Round in which the noise model is chosen …
+const ROUND_OF_NOISE: usize = 1;
+/// … and the round in which it is chosen again, near the first choice, beside the blocks' amplitudes.
+const ROUND_BESIDE_AMPLITUDES: usize = 2;
 /// Maximum number of steps in a round.
 const STEPS: usize = 4;
 /// Steps below this fraction of the standard deviations count as converged.
 const SMALL: f64 = 0.02;
 /// Halvings of a step that makes the fit worse.
 const HALVINGS: usize = 6;
-/// Amplitudes of correlated noise that are tried.
-const AMPLITUDES: [f64; 8] = [0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
-/// Correlation times of the short process that are tried, s.
-const LASTS_S: [f64; 3] = [0.06, 0.2, 0.7];
-/// Minimum gain in twice the log likelihood for another noise model.
-const GAIN: f64 = 0.5;
 
 /// The state of an adjustment.
 pub(crate) struct Adjustment<'a> {
@@ -56,6 +53,8 @@ pub(crate) struct Adjustment<'a> {
     pub sigmas: [f64; 2],
     /// Correlated noise.
     pub noise: [Coloured; 2],
+    /// The noise of a similar model of the same scan. The search starts there. `None` for a search over all.
+    pub known_noise: Option<[Coloured; 2]>,
     /// The weight of each frame.
     pub weights: Vec<f64>,
     /// Threads that share the work.
@@ -113,7 +112,7 @@ impl Adjustment<'_> {
             self.sigmas[direction] = sigma.max(all / MOST_LASTING).max(LEAST_SIGMA);
             spread[direction] = all.max(self.sigmas[direction]);
             let lasting = (spread[direction] / self.sigmas[direction]).powi(2) - 1.0;
-            self.noise[direction] = Coloured { amplitude: nearest(lasting), lasts_s: LASTS_S[1], long: 0.0 };
+            self.noise[direction] = self.known_noise.map_or_else(|| about(lasting), |known| known[direction]);
         }
         let table = Table::of(&frames, &self.columns, &self.coefficients);
         let as_they_are: Vec<_> = frames.iter().map(|frame| Some(frame.as_ref()?.residual)).collect();
@@ -123,8 +122,10 @@ impl Adjustment<'_> {
     fn round(&mut self, round: usize, cut: f64) -> Option<()> {
         let frames = self.scan.frames(&self.at, &self.tilt);
         let mut table = Table::of(&frames, &self.columns, &self.coefficients);
-        if ROUNDS_OF_NOISE.contains(&round) {
-            self.choose_noise(&table);
+        match round {
+            ROUND_OF_NOISE if self.known_noise.is_none() => self.noise = likeliest(self, &table, Reach::ALL),
+            ROUND_OF_NOISE | ROUND_BESIDE_AMPLITUDES => self.noise = likeliest(self, &table, Reach::NEAR),
+            _ => {}
         }
         let (sums, solved) = self.steps(&mut table, &frames)?;
         let equations = self.equations(&sums);
@@ -261,129 +262,14 @@ impl Adjustment<'_> {
             *sigma = (square / (sums.count as f64 - used).max(1.0)).sqrt().max(LEAST_SIGMA);
         }
     }
-
-    /// Chooses the likeliest noise: both directions together, then each alone, then the correlation time, then the long process.
-    fn choose_noise(&mut self, table: &Table) {
-        let begun = self.noise.map(Place::near);
-        let mut likelihood = Likelihood { adjustment: self, table, known: Vec::new() };
-        let mut best = Chosen { of: begun, twice_negative_log: likelihood.of(begun) };
-        let mut try_all = |best: &mut Chosen, others: Vec<[Place; 2]>| {
-            for of in others {
-                let twice_negative_log = likelihood.of(of);
-                if twice_negative_log + GAIN < best.twice_negative_log {
-                    *best = Chosen { of, twice_negative_log };
-                }
-            }
-        };
-        let with = |place: Place, amplitude: usize| Place { amplitude, ..place };
-        try_all(&mut best, vec![begun.map(|place| with(place, 0))]);
-        loop {
-            let before = best.of[0];
-            let alike = about(before.amplitude, 1, AMPLITUDES.len()).map(|both| [with(before, both); 2]);
-            try_all(&mut best, alike.collect());
-            if best.of[0] == before {
-                break;
-            }
-        }
-        for direction in 0..2 {
-            let of = best.of;
-            let beside = about(of[direction].amplitude, 2, AMPLITUDES.len()).map(|amplitude| {
-                let mut other = of;
-                other[direction].amplitude = amplitude;
-                other
-            });
-            try_all(&mut best, beside.collect());
-        }
-        let of = best.of;
-        let lasting =
-            about(of[0].lasts, 1, LASTS_S.len()).map(|lasts| of.map(|place| Place { lasts, ..place }));
-        try_all(&mut best, lasting.collect());
-        let of = best.of;
-        let longer = (0..AMPLITUDES.len()).map(|long| of.map(|place| Place { long, ..place }));
-        try_all(&mut best, longer.collect());
-        let chosen = best.of.map(Place::noise);
-        self.noise = chosen;
-    }
-}
-
-/// The noise model of one direction, as indices into the values that are tried.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Place {
-    amplitude: usize,
-    lasts: usize,
-    long: usize,
-}
-
-impl Place {
-    fn near(noise: Coloured) -> Self {
-        Self {
-            amplitude: place(&AMPLITUDES, noise.amplitude),
-            lasts: place(&LASTS_S, noise.lasts_s),
-            long: place(&AMPLITUDES, noise.long),
-        }
-    }
-
-    fn noise(self) -> Coloured {
-        Coloured {
-            amplitude: AMPLITUDES[self.amplitude],
-            lasts_s: LASTS_S[self.lasts],
-            long: AMPLITUDES[self.long],
-        }
-    }
-}
-
-/// The likeliest noise so far.
-struct Chosen {
-    of: [Place; 2],
-    twice_negative_log: f64,
-}
-
-/// The restricted likelihood of noise models. Each is filtered once.
-struct Likelihood<'a, 'b> {
-    adjustment: &'a Adjustment<'b>,
-    table: &'a Table,
-    known: Vec<((usize, Place), Sums)>,
-}
-
-impl Likelihood<'_, '_> {
-    fn of(&mut self, places: [Place; 2]) -> f64 {
-        let key = |direction: usize| (direction, places[direction]);
-        let is_known = |direction: &usize| self.known.iter().any(|(known, _)| *known == key(*direction));
-        let missing: Vec<usize> = (0..2).filter(|direction| !is_known(direction)).collect();
-        let found = parallel::map(self.adjustment.threads, missing.len(), |k| {
-            let noise = places[missing[k]].noise();
-            (key(missing[k]), self.table.whitened(missing[k], &self.adjustment.weights, noise).sums)
-        });
-        self.known.extend(found);
-        let sums = |direction: usize| {
-            self.known.iter().find(|(known, _)| *known == key(direction)).map(|(_, sums)| sums)
-        };
-        let (Some(one), Some(other)) = (sums(0), sums(1)) else { return f64::INFINITY };
-        let estimated = self.adjustment.columns.estimated();
-        let equations = Equations::of([one, other], self.adjustment.sigmas, estimated);
-        equations.solve(&self.adjustment.prior()).map_or(f64::INFINITY, |solved| solved.twice_negative_log)
-    }
 }
 
 /// Ratio of a normal distribution's standard deviation to its median absolute deviation.
 const NORMAL: f64 = 1.4826;
-/// The root of the largest of [`AMPLITUDES`].
+/// Largest root of an amplitude of correlated noise that is tried.
 const MOST_LASTING: f64 = 10.0;
 /// Least white noise as a share of the expected noise: for data without noise.
 const LEAST_SIGMA: f64 = 1e-6;
-
-fn nearest(amplitude: f64) -> f64 {
-    let away = |value: f64| (value.max(0.03).ln() - amplitude.max(0.03).ln()).abs();
-    AMPLITUDES.into_iter().min_by(|a, b| away(*a).total_cmp(&away(*b))).unwrap_or(0.0)
-}
-
-fn place(grid: &[f64], value: f64) -> usize {
-    grid.iter().position(|there| *there >= value).unwrap_or(grid.len() - 1)
-}
-
-fn about(place: usize, reach: usize, count: usize) -> std::ops::Range<usize> {
-    place.saturating_sub(reach)..(place + reach + 1).min(count)
-}
 
 fn is_small(step: &DVector<f64>, solved: &Solved, free: &[usize]) -> bool {
     let sigmas = solved.sigmas(free.len());

@@ -59,8 +59,18 @@ pub(crate) struct Settings<'a> {
     pub joint_lags_s: f64,
     /// Prior standard deviation of each number of the external axes, SI. Empty without axes.
     pub axis_sigmas: &'a [f64],
+    /// Noise of a similar model of the same scan, from which the search of the likeliest noise starts. `None` for a search over all.
+    pub noise: Option<[Coloured; 2]>,
     /// Threads that share the work.
     pub threads: usize,
+}
+
+impl Settings<'_> {
+    /// The same for a similar model of a scan that was adjusted already.
+    #[must_use]
+    pub(crate) fn near(&self, answer: &Answer) -> Self {
+        Self { noise: Some(answer.amplitudes.lasting), ..*self }
+    }
 }
 
 /// The answer.
@@ -141,6 +151,7 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
         coefficients,
         sigmas: [1.0; 2],
         noise: [Coloured::NONE; 2],
+        known_noise: settings.noise,
         weights: Vec::new(),
         threads: settings.threads,
     };

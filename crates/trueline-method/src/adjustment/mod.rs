@@ -7,6 +7,7 @@
 //! | `form`, `blocks` | errors as columns with an amplitude |
 //! | `columns`, `table` | the order of the columns, and the rows of all frames |
 //! | `coloured` | correlated noise, whitened by a filter |
+//! | `noise_search` | the likeliest noise of a grid |
 //! | `error_sizes` | the sizes of all errors, as a result states them |
 //! | `equations`, `amplitudes`, `weights` | solution, sizes of the blocks, weights of the frames |
 //! | `adjust` | the rounds |
@@ -26,6 +27,7 @@ pub mod error_sizes;
 mod form;
 mod frames;
 mod neighbours;
+mod noise_search;
 mod table;
 mod weights;
 

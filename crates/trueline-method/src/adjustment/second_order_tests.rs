@@ -91,6 +91,7 @@ fn a_valley_is_as_wide_and_bends_as_solutions_beside_it_say() {
         at: at.clone(),
         sigmas: [1.0; 2],
         noise: [Coloured::NONE; 2],
+        known_noise: None,
         weights: vec![1.0; count],
         threads: 1,
     };

@@ -82,6 +82,7 @@ fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Result<Option<Ad
         lag_s: 0.0,
         joint_lags_s: 0.0,
         axis_sigmas: &axis_sigmas,
+        noise: None,
         threads: config.threads,
     };
     let best = adjust(problem, fit.parameters(), &settings).ok_or(Unsolved)?;

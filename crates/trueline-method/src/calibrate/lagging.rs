@@ -65,7 +65,7 @@ fn with_joint_lags(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: &
     }
     let DriftFree { observations, fit, .. } = &from.assessed.drift_free;
     let problem = fit.problem(observations, from.settings.config);
-    adjust(&problem, &as_recorded.at, &Settings { joint_lags_s: JOINT_LAGS_S, ..*settings })
+    adjust(&problem, &as_recorded.at, &Settings { joint_lags_s: JOINT_LAGS_S, ..settings.near(as_recorded) })
 }
 
 /// The likeliest lag of all joints, beside their own if the settings have these.
@@ -92,7 +92,8 @@ fn with_mean_lag(
         problem.placement(&later, &as_recorded.at).is_some()
     };
     let (list, whiteners) = some_of(&problem, is_common);
-    let without = adjust(&problem.of_some(&list, &whiteners), &as_recorded.at, settings);
+    let settings = settings.near(&as_recorded);
+    let without = adjust(&problem.of_some(&list, &whiteners), &as_recorded.at, &settings);
     let Some(without) = without else { return as_recorded };
     let with = |lag_s: f64, path: Result<Trajectory, TrajectoryError>| {
         let mut late = observations.without_list();
@@ -100,7 +101,7 @@ fn with_mean_lag(
         let mut start = as_recorded.at.clone();
         start.time_offset_s -= lag_s;
         let problem = LineProblem { observations: &late, ..problem.of_some(&list, &whiteners) };
-        let mut answer = adjust(&problem, &start, &Settings { lag_s: lag_s.abs(), ..*settings })?;
+        let mut answer = adjust(&problem, &start, &Settings { lag_s: lag_s.abs(), ..settings })?;
         answer.at.time_offset_s += lag_s;
         Some(answer)
     };
@@ -123,10 +124,12 @@ fn with_mean_lag(
     // Controllers follow within 60 ms. An optimum at the largest lag has another cause, and so has a lag whose square disagrees with the residuals.
     let lag_s = likeliest.amplitudes.lag_s;
     let is_credible = lag_s < latest_s && is_shown(lag_s);
+    let gain = without.comparable() - likeliest.comparable();
+    if !is_credible || gain <= LAG_GAIN {
+        return as_recorded;
+    }
     // A lag also smooths the noise of the poses, and so does an equal lead. Only a robot that follows commands prefers the lag.
     let ahead = with(-lag_s, lag::first_order_ahead(path, lag_s)).map(|ahead| ahead.comparable());
-    let gain = without.comparable() - likeliest.comparable();
     let beside_ahead = ahead.map_or(0.0, |ahead| ahead - likeliest.comparable());
-    let is_taken = is_credible && gain > LAG_GAIN && beside_ahead > LAG_GAIN.max(OF_LAG * gain);
-    if is_taken { likeliest } else { as_recorded }
+    if beside_ahead > LAG_GAIN.max(OF_LAG * gain) { likeliest } else { as_recorded }
 }

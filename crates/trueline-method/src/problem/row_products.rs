@@ -6,8 +6,6 @@ use nalgebra::DMatrix;
 const BLOCK: usize = 64;
 /// Numbers that the processor multiplies at once. Rows are padded with zeros to a multiple of it.
 const WIDTH: usize = 4;
-/// Rows whose products are added to a sum before it is written back.
-const TOGETHER: usize = 4;
 
 /// Σ row rowᵀ of the rows so far.
 pub struct RowProducts {
@@ -49,10 +47,7 @@ impl RowProducts {
     }
 
     fn add_block(&mut self) {
-        // A row of zeros adds nothing.
-        let used = self.filled.next_multiple_of(TOGETHER);
-        self.rows[self.filled * self.stride..used * self.stride].fill(0.0);
-        add_products(&mut self.sums, &self.rows[..used * self.stride], self.stride);
+        add_products(&mut self.sums, &self.rows[..self.filled * self.stride], self.stride);
         self.filled = 0;
     }
 
@@ -65,7 +60,7 @@ impl RowProducts {
     }
 }
 
-/// Adds the products of some rows, a multiple of [`TOGETHER`], with the widest instructions that the processor has.
+/// Adds the products of some rows with the widest instructions that the processor has.
 fn add_products(sums: &mut [f64], rows: &[f64], stride: usize) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
@@ -93,21 +88,39 @@ fn add_products_with(
     stride: usize,
     plus_product: impl Fn(f64, f64, f64) -> f64 + Copy,
 ) {
-    for rows in rows.chunks_exact(TOGETHER * stride) {
-        let (first, rest) = rows.split_at(stride);
-        let (second, rest) = rest.split_at(stride);
-        let (third, fourth) = rest.split_at(stride);
-        for (row, sums) in sums.chunks_exact_mut(stride).enumerate() {
-            let [a, b, c, d] = [first[row], second[row], third[row], fourth[row]];
-            // From the four that the number itself is in.
-            let from = row / WIDTH * WIDTH;
-            let of_rows =
-                first[from..].iter().zip(&second[from..]).zip(third[from..].iter().zip(&fourth[from..]));
-            for (sum, ((p, q), (r, s))) in sums[from..].iter_mut().zip(of_rows) {
-                *sum =
-                    plus_product(plus_product(plus_product(plus_product(*sum, a, *p), b, *q), c, *r), d, *s);
+    for row in (0..stride).step_by(WIDTH) {
+        let mut column = row;
+        while column + 2 * WIDTH <= stride {
+            add_tile::<{ 2 * WIDTH }>(sums, rows, (stride, row, column), plus_product);
+            column += 2 * WIDTH;
+        }
+        if column < stride {
+            add_tile::<WIDTH>(sums, rows, (stride, row, column), plus_product);
+        }
+    }
+}
+
+/// Adds a tile of the products: those of a group of four numbers with some columns. The tile stays in registers over all rows.
+#[inline(always)]
+#[allow(clippy::inline_always, reason = "only what is inlined is compiled for the wide instructions")]
+fn add_tile<const COLUMNS: usize>(
+    sums: &mut [f64],
+    rows: &[f64],
+    (stride, row, column): (usize, usize, usize),
+    plus_product: impl Fn(f64, f64, f64) -> f64 + Copy,
+) {
+    let mut tile = [[0.0; COLUMNS]; WIDTH];
+    for numbers in rows.chunks_exact(stride) {
+        let (of_group, of_columns) = (&numbers[row..row + WIDTH], &numbers[column..column + COLUMNS]);
+        for (sums, own) in tile.iter_mut().zip(of_group) {
+            for (sum, other) in sums.iter_mut().zip(of_columns) {
+                *sum = plus_product(*sum, *own, *other);
             }
         }
+    }
+    for (k, of_tile) in tile.iter().enumerate() {
+        let first = (row + k) * stride + column;
+        sums[first..first + COLUMNS].iter_mut().zip(of_tile).for_each(|(sum, products)| *sum += products);
     }
 }
 
