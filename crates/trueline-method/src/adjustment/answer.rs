@@ -376,6 +376,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
     let thetas = |of: fn(&Kind) -> bool| {
         blocks.iter().filter(move |block| of(&block.kind)).map(|block| block.amplitude.theta.sqrt())
     };
+    let lines = adjustment.at.lines.len().max(1);
     let is_robot = |kind: &Kind| matches!(kind, Kind::Robot(_));
     // A seam that is stated to be nearly straight may still have the usual waviness.
     let of_usual = (settings.waviness_m / ASSUMED_WAVINESS_M).min(1.0);
@@ -385,6 +386,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
         white: adjustment.sigmas.map(|sigma| sigma * settings.noise_factor),
         lasting: adjustment.noise,
         form_m: (form / f64::max(count, 1.0)).sqrt(),
+        form_sigma_m: (blocks.iter().map(Block::form_variance_m2).sum::<f64>() / lines as f64).sqrt(),
         forms: thetas(|kind| matches!(kind, Kind::Form { .. })).map(|form| form * of_usual).collect(),
         robot_m: (robot / f64::max(count, 1.0)).sqrt(),
         robot: thetas(is_robot).next(),

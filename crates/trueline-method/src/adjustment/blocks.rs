@@ -108,6 +108,14 @@ impl Block {
         self.amplitude.theta * self.own[k]
     }
 
+    /// Mean prior variance of a form's columns, m². 0 for other blocks.
+    #[must_use]
+    pub(crate) fn form_variance_m2(&self) -> f64 {
+        let Kind::Form { sigma_m, .. } = self.kind else { return 0.0 };
+        let mean = self.own.iter().sum::<f64>() / self.own.len().max(1) as f64;
+        self.amplitude.theta * mean * sigma_m * sigma_m
+    }
+
     /// Fills its columns for a frame: both directions of the residual, in rows over all columns.
     pub(crate) fn fill(&self, frame: &Frame, rows: [&mut [f64]; 2]) {
         let [one, other] = rows;

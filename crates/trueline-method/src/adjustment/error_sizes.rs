@@ -12,6 +12,8 @@ pub struct Amplitudes {
     pub lasting: [Coloured; 2],
     /// RMS of the seam's form over the frames, m.
     pub form_m: f64,
+    /// Standard deviation of the form in one direction, m: what its columns are expected to be, given the scan.
+    pub form_sigma_m: f64,
     /// Size of each form relative to the expected one.
     pub forms: Vec<f64>,
     /// RMS of the robot's error at the measured point that the hand-eye transform does not absorb, m.

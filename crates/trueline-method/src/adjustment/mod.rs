@@ -24,7 +24,7 @@ pub mod coloured;
 mod columns;
 mod equations;
 pub mod error_sizes;
-mod form;
+pub(crate) mod form;
 mod frames;
 mod neighbours;
 mod noise_search;

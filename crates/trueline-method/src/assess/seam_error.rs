@@ -187,7 +187,8 @@ pub fn predict(
         stamps: stamps.sqrt(),
         sensor: (noise * ((without_bow - alone) / all).max(0.0) + held_sensor).sqrt(),
         robot: mean_square(&sources.systematic.robot).sqrt(),
-        seam_form: (noise * ((all - without_bow) / all).max(0.0)).sqrt(),
+        seam_form: (noise * ((all - without_bow) / all).max(0.0) + mean_square(&sources.systematic.form))
+            .sqrt(),
         feature_bias: mean_square(&sources.systematic.feature_bias).sqrt(),
         held: mean_square(&sources.systematic.held).sqrt(),
         edge_radius: 0.0,

@@ -33,6 +33,8 @@ pub struct Systematic {
     pub feature_bias: DMatrix<f64>,
     /// Held quantities that are not known exactly. Each column contains the quantity itself in its own row.
     pub held: DMatrix<f64>,
+    /// Form of the surfaces along the seam. No columns for seam points, whose form is estimated.
+    pub form: DMatrix<f64>,
 }
 
 /// Observations on which the robot's errors are looked at; of more, one in several represents the rest, for these errors change
@@ -47,7 +49,7 @@ impl Systematic {
     #[must_use]
     pub fn covariance(&self) -> DMatrix<f64> {
         let own = |columns: &DMatrix<f64>| columns * columns.transpose();
-        own(&self.robot) + own(&self.sensor) + own(&self.feature_bias) + own(&self.held)
+        own(&self.robot) + own(&self.sensor) + own(&self.feature_bias) + own(&self.held) + own(&self.form)
     }
 
     /// The same errors with no effect on the estimate.
@@ -60,10 +62,12 @@ impl Systematic {
             sensor_shape: self.sensor_shape.clone(),
             feature_bias: still(&self.feature_bias),
             held: still(&self.held),
+            form: still(&self.form),
         }
     }
 
-    /// Effect of the errors on the difference of two estimates with the same errors, over the first `size` components of both.
+    /// Effect of the errors on the difference of two estimates with the same errors, over the first `size` components of both. Only the first has
+    /// forms.
     #[must_use]
     pub fn minus(&self, other: &Self, size: usize) -> Self {
         let apart = |own: &DMatrix<f64>, others: &DMatrix<f64>| own.rows(0, size) - others.rows(0, size);
@@ -73,6 +77,7 @@ impl Systematic {
             sensor_shape: self.sensor_shape.clone(),
             feature_bias: apart(&self.feature_bias, &other.feature_bias),
             held: apart(&self.held, &other.held),
+            form: self.form.rows(0, size).into_owned(),
         }
     }
 
@@ -300,6 +305,7 @@ impl SystematicSums {
             sensor_shape: self.held.clone(),
             feature_bias: by_bias * &bias.own,
             held: DMatrix::zeros(self.root.nrows(), 0),
+            form: DMatrix::zeros(self.root.nrows(), 0),
         }
     }
 

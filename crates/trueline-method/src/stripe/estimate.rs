@@ -28,7 +28,8 @@ use crate::stripe::shared_amplitudes::SharedAmplitudes;
 use crate::stripe::systematic::SharedErrors;
 use crate::stripe::whitening::SharedNoise;
 use crate::stripe::{
-    as_seam, flat_rank, motion_information, planes, robot_accuracy, shown, start, systematic, uncertainty,
+    as_seam, flat_rank, form, motion_information, planes, robot_accuracy, shown, start, systematic,
+    uncertainty,
 };
 use nalgebra::{DMatrix, DVector, SVector, Vector3};
 use std::collections::BTreeMap;
@@ -190,6 +191,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         seam.held_sigmas,
     );
     errors.robot *= seam.amplitudes.robot;
+    errors.form = form::effect(&fit, &information, seam.amplitudes.form_sigma_m);
     let explained = Explained { taken, levels: seam.shared.levels };
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
         answer(seam, &fit, (&information, &seen), (&noise, &errors), &explained).ok_or(NoPlates::Parallel)?;
@@ -279,6 +281,7 @@ fn answer(
         sensor_shape: errors.sensor_shape.clone(),
         feature_bias: carried(&errors.feature_bias),
         held: carried(&errors.held),
+        form: carried(&errors.form),
     };
     let errors_of_answer = explained.left_of(&errors_of_seam);
     let noise_of_seam = &slope * noise * slope.transpose();

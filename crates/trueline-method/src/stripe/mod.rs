@@ -16,6 +16,7 @@ pub mod corners;
 pub mod estimate;
 pub mod fit;
 pub mod flat_rank;
+pub(crate) mod form;
 pub mod frame_residual;
 pub(crate) mod frame_sums;
 pub mod frames;

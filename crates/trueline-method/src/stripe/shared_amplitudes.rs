@@ -13,11 +13,14 @@ pub struct SharedAmplitudes {
     pub noise_lasts: bool,
     /// Robot error relative to its class.
     pub robot: f64,
+    /// Standard deviation of the seam's form beyond its bow, in one direction, m.
+    pub form_sigma_m: f64,
 }
 
 impl SharedAmplitudes {
     /// Expected sizes, with white noise.
-    pub const EXPECTED: Self = Self { noise_variance: 1.0, noise_lasts: false, robot: 1.0 };
+    pub const EXPECTED: Self =
+        Self { noise_variance: 1.0, noise_lasts: false, robot: 1.0, form_sigma_m: 0.0 };
 
     /// From adjusted seam points, with their noise covariance, and that from white noise alone.
     #[must_use]
@@ -26,6 +29,7 @@ impl SharedAmplitudes {
             noise_variance: times(noise, white),
             noise_lasts: amplitudes.noise_lasts(),
             robot: amplitudes.robot.unwrap_or(1.0),
+            form_sigma_m: amplitudes.form_sigma_m,
         }
     }
 }

@@ -29,7 +29,7 @@ pub struct SharedErrors<'a> {
 }
 
 /// Maximum number of frames evaluated. Beyond it every n-th frame is used.
-const MOST_FRAMES: usize = 800;
+pub(crate) const MOST_FRAMES: usize = 800;
 
 /// Effect of each kind of error on the estimate.
 #[must_use]
@@ -85,6 +85,7 @@ pub(crate) fn systematic(
         sensor_shape: held,
         feature_bias: -by_bias * &bias_error.own,
         held: DMatrix::zeros(root.nrows(), 0),
+        form: DMatrix::zeros(root.nrows(), 0),
     }
 }
 
@@ -106,7 +107,7 @@ pub(crate) fn robot_columns(
 }
 
 /// The optimum with a shape, for derivatives by it.
-fn with_shape(fit: &StripeFit<'_>) -> StripeState {
+pub(crate) fn with_shape(fit: &StripeFit<'_>) -> StripeState {
     let mut at = fit.state().clone();
     let origin = fit.problem.observations.shape_origin_m.into();
     at.shape = at.shape.or(Some(SheetShape::exact_about(&origin)));
@@ -134,22 +135,22 @@ fn by_px(frame: &StripeFrame, parts: &FrameResidual) -> SMatrix<f64, ROWS, 2> {
 }
 
 /// Σ Jᵀ W Z over frames, by joint, over local unknowns.
-struct Moved {
+pub(crate) struct Moved {
     joints: Vec<DMatrix<f64>>,
 }
 
 impl Moved {
-    fn zeros(unknowns: &StripeUnknowns, columns: usize) -> Self {
+    pub(crate) fn zeros(unknowns: &StripeUnknowns, columns: usize) -> Self {
         Self { joints: vec![DMatrix::zeros(LOCAL_ALL, columns); unknowns.joints] }
     }
 
     /// Adds a frame: whitened gradients, and Z whitened.
-    fn add(&mut self, joint: usize, gradients: &FrameGradients, columns: &DMatrix<f64>) {
+    pub(crate) fn add(&mut self, joint: usize, gradients: &FrameGradients, columns: &DMatrix<f64>) {
         self.joints[joint].gemm(1.0, gradients, columns, 1.0);
     }
 
     /// Over all unknowns.
-    fn over_all(&self, unknowns: &StripeUnknowns) -> DMatrix<f64> {
+    pub(crate) fn over_all(&self, unknowns: &StripeUnknowns) -> DMatrix<f64> {
         let columns = self.joints.first().map_or(0, DMatrix::ncols);
         let mut all = DMatrix::zeros(unknowns.dimension(), columns);
         for (joint, sum) in self.joints.iter().enumerate() {

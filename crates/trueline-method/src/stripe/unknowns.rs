@@ -29,6 +29,9 @@ const LOCAL_EDGE_SURFACE: usize = LOCAL_EDGE + Plate::DIMENSION;
 /// Number of local unknowns.
 pub const LOCAL_ALL: usize = LOCAL_EDGE_SURFACE + Plate::SURFACE;
 
+/// Index of the offset among the numbers of a plane.
+pub(crate) const OFFSET_OF_PLANE: usize = 2;
+
 /// First local index of a surface's plane and of its surface terms.
 #[must_use]
 pub(crate) fn local_of_surface(number: usize) -> [usize; 2] {
