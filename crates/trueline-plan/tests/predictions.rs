@@ -107,11 +107,11 @@ fn spread_over_prediction(cell: &Cell, plan: &Plan, runs: u64) -> SVector<f64, L
 #[test]
 fn estimates_spread_as_predicted() {
     let cell = exact(example());
-    let ratios = spread_over_prediction(&cell, &quick_plan(&cell, 15.0), 400);
-    // 400 runs know their spread to 1/√800 = 3.5 %: four of that above. Below, the robot's noise counts too much, here as in
+    let ratios = spread_over_prediction(&cell, &quick_plan(&cell, 15.0), 150);
+    // 150 runs know their spread to 1/√300 = 5.8 %: four of that above. Below, the robot's noise counts too much, here as in
     // the estimator's own ±. Its local fit leaves 0.205 of the variance in each frame, 33 of them a second, but 250 samples
-    // a second carry 1/250; slow swings see √(33/250/0.205) = 0.8 of it.
-    assert!(ratios.iter().all(|ratio| (0.8..1.14).contains(ratio)), "{ratios}");
+    // a second carry 1/250; slow swings see √(33/250/0.205) = 0.8 of it, known to two of those.
+    assert!(ratios.iter().all(|ratio| (0.71..1.23).contains(ratio)), "{ratios}");
 }
 
 #[test]

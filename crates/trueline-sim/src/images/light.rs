@@ -22,7 +22,19 @@ pub struct Light<'a> {
     away: Vector3<f64>,
     normal: Vector3<f64>,
     offset: f64,
-    emitter: Vector3<f64>,
+    /// The laser, in the cross-section.
+    emitter: Vector2<f64>,
+    /// The facets as planes in the camera frame.
+    planes: Vec<FacetPlane>,
+}
+
+/// A facet in the camera frame.
+struct FacetPlane {
+    /// Its unit normal, in the cross-section and in space.
+    in_section: Vector2<f64>,
+    normal: Vector3<f64>,
+    /// A point on it, m.
+    edge: Vector3<f64>,
 }
 
 impl<'a> Light<'a> {
@@ -40,7 +52,7 @@ impl<'a> Light<'a> {
         let normal = sheet.normal().into_inner();
         // Point at which the sheet passes the camera: the nearest one with z = 0.
         let beside = normal.xy() * (sheet.offset() / normal.xy().norm_squared());
-        Self {
+        let mut light = Self {
             facets,
             missing,
             look,
@@ -50,8 +62,12 @@ impl<'a> Light<'a> {
             away: camera_from_base * away,
             normal,
             offset: sheet.offset(),
-            emitter: Vector3::new(beside.x, beside.y, 0.0),
-        }
+            emitter: Vector2::zeros(),
+            planes: Vec::new(),
+        };
+        light.emitter = light.section(&Vector3::new(beside.x, beside.y, 0.0));
+        light.planes = facets.iter().map(|facet| light.plane(facet)).collect();
+        light
     }
 
     /// Brightness along a ray from the camera, in parts of full scale.
@@ -93,7 +109,7 @@ impl<'a> Light<'a> {
         if thickness == 0.0 {
             return 0.0;
         }
-        let (from, to) = (self.section(&self.emitter), self.section(point));
+        let (from, to) = (self.emitter, self.section(point));
         let way = to - from;
         // The point is lit if nothing stands between; its own facet is met at the end of the way.
         let first = first_hit(self.facets, &from, &way, BEYOND);
@@ -105,14 +121,15 @@ impl<'a> Light<'a> {
 
     /// The facet behind the mirror: the camera sees another facet's stripe in this one.
     fn seen_in_mirror(&self, ray: &Vector3<f64>, point: &Vector3<f64>, facet: usize) -> f64 {
-        let normal = self.normal_of(facet);
+        let normal = self.planes[facet].normal;
         let mirrored = ray - normal * (2.0 * normal.dot(ray));
         let (from, direction) = (self.section(point), self.section_direction(&mirrored));
         // A mirrored ray leaves its facet; rounding may let it meet that facet again at once.
         match first_hit(self.facets, &from, &direction, 1e-7) {
             Some(hit) if hit.facet != facet => {
                 let seen = point + mirrored * hit.distance;
-                self.mirrored(&self.section(&seen)) * self.lit(&seen, hit.facet)
+                let lit = self.lit(&seen, hit.facet);
+                if lit == 0.0 { 0.0 } else { lit * self.mirrored(&self.section(&seen)) }
             }
             _ => 0.0,
         }
@@ -122,15 +139,13 @@ impl<'a> Light<'a> {
     fn lit_by_mirror(&self, point: &Vector3<f64>, facet: usize) -> f64 {
         let mut brightness = 0.0;
         for mirror in (0..self.facets.len()).filter(|mirror| *mirror != facet) {
-            let normal = self.normal_of(mirror);
-            let edge =
-                self.seam + self.across * self.facets[mirror].from.x + self.away * self.facets[mirror].from.y;
+            let FacetPlane { normal, edge, .. } = &self.planes[mirror];
             let image = point - normal * (2.0 * normal.dot(&(point - edge)));
             let thickness = self.across_sheet(&image);
             if thickness == 0.0 {
                 continue;
             }
-            let (from, to) = (self.section(&self.emitter), self.section(&image));
+            let (from, to) = (self.emitter, self.section(&image));
             let reached = first_hit(self.facets, &from, &(to - from), BEYOND);
             if reached.is_some_and(|hit| hit.facet == mirror && hit.distance < 1.0) {
                 let here = self.section(point);
@@ -155,9 +170,8 @@ impl<'a> Light<'a> {
         if self.missing.iter().any(|[from, to]| (*from..*to).contains(&at.x)) {
             return 0.0;
         }
-        let piece = &self.facets[facet];
-        let steepness = piece.normal().dot(&way.normalize()).abs();
-        self.look.amplitude * piece.reflectance * steepness
+        let steepness = self.planes[facet].in_section.dot(&way.normalize()).abs();
+        self.look.amplitude * self.facets[facet].reflectance * steepness
     }
 
     fn section(&self, point: &Vector3<f64>) -> Vector2<f64> {
@@ -168,8 +182,12 @@ impl<'a> Light<'a> {
         Vector2::new(self.across.dot(direction), self.away.dot(direction))
     }
 
-    fn normal_of(&self, facet: usize) -> Vector3<f64> {
-        let normal = self.facets[facet].normal();
-        self.across * normal.x + self.away * normal.y
+    fn plane(&self, facet: &Facet) -> FacetPlane {
+        let in_section = facet.normal();
+        FacetPlane {
+            in_section,
+            normal: self.across * in_section.x + self.away * in_section.y,
+            edge: self.seam + self.across * facet.from.x + self.away * facet.from.y,
+        }
     }
 }
