@@ -89,7 +89,7 @@ fn errors_are_as_large_as_their_covariance_says() {
             scan.sighted.robot_noise = if is_slow { [0.0; 2] } else { scan.sighted.robot_noise };
             let mut cast = scan.cast();
             if is_slow {
-                err_slowly(&mut cast, ROBOT_M, seed);
+                err_slowly(&mut cast.sighted.robot, ROBOT_M, seed);
             }
             for (sums, radius_m) in sums.iter_mut().zip(stated) {
                 let options = RoundCalibrationOptions { radius_m: *radius_m, ..usual };
