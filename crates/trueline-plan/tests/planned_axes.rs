@@ -3,7 +3,7 @@
 
 mod cells;
 
-use cells::axes::{TABLE, TRACK, cell, planned, scanned};
+use cells::axes::{TABLE, TRACK, WRIST, cell, planned, scanned};
 use cells::example_with;
 use trueline_dataset::AxisMotion;
 use trueline_method::axes::finding::{AxisFinding, AxisPart};
@@ -24,6 +24,7 @@ fn a_calibration_states_what_the_plan_promised() {
         (TABLE, "range_deg = [-30, 30]"),
         (TABLE, "stand_deg = [0, 50, 100]"),
         (TRACK, "range_mm = [-100, 200]"),
+        (WRIST, "range_deg = [-20, 20]"),
     ] {
         let cell = cell(axis, limits);
         let plan = planned(&cell).unwrap_or_else(|why| panic!("{limits}: {why}"));
