@@ -5,11 +5,8 @@
 //! stream on a regular clock are counted.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a study fails by panicking")]
 
-#[path = "../../crates/trueline-plan/tests/cells/mod.rs"]
-mod cells;
-
 use crate::arguments::{number, word};
-use cells::axes::{TABLE, TRACK, WRIST, cell, planned, scanned};
+use crate::wrong_cells::cells::axes::{TABLE, TRACK, WRIST, cell, planned, scanned};
 use rayon::prelude::*;
 use trueline_geometry::{Axis, se3};
 use trueline_method::axes::finding::{AxisFinding, AxisPart};
@@ -84,8 +81,8 @@ fn outcome(cell: &Cell, plan: &Plan, said: &AxisFinding, seed: u64) -> Option<Ou
     }
     let own = &found.findings.axes[0];
     let mut ratios = [None; NUMBERS];
-    for k in 0..LINES {
-        ratios[k] = Some(found.sigma(k)? / plan.prediction.sigma(k));
+    for (k, ratio) in ratios.iter_mut().enumerate().take(LINES) {
+        *ratio = Some(found.sigma(k)? / plan.prediction.sigma(k));
     }
     for (k, part) in AxisPart::ALL.into_iter().enumerate() {
         ratios[LINES + k] = own.sigma(part).zip(said.sigma(part)).map(|(own, said)| own / said);
