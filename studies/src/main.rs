@@ -10,6 +10,7 @@ mod false_alarms;
 mod healthy;
 mod methods;
 mod monte_carlo;
+mod planned_axes;
 mod real_cells;
 mod rendered_boards;
 mod round_cells;
@@ -35,7 +36,7 @@ struct Study {
     run: fn(&[String]) -> Result<(), String>,
 }
 
-const STUDIES: [Study; 19] = [
+const STUDIES: [Study; 20] = [
     Study {
         name: "axis_cells",
         arguments: "[CELLS A COURSE] [FIRST SEED] [--cells]",
@@ -71,6 +72,12 @@ const STUDIES: [Study; 19] = [
         arguments: "[RUNS [PRESET …]] [--from-truth]",
         about: "Are the ± honest? NEES, coverage and Cramér–Rao bound for each preset",
         run: monte_carlo::run,
+    },
+    Study {
+        name: "planned_axes",
+        arguments: "[SCANS [WORDS OF A ROW [FIRST SEED]]]",
+        about: "Scans as planned with an external axis: is what the plan promised stated, and true?",
+        run: planned_axes::run,
     },
     Study {
         name: "real_cells",
@@ -110,7 +117,7 @@ const STUDIES: [Study; 19] = [
     },
     Study {
         name: "sightings",
-        arguments: "[CELLS [CASE]]",
+        arguments: "[CELLS [CASE [FIRST SEED]]]",
         about: "Calibration from pose sightings: are the ± honest?",
         run: sightings::run,
     },

@@ -92,7 +92,7 @@ impl Cell {
         }
         let mut cast = drawn_sensor(&scan, target, seed);
         if robot == Robot::Slow {
-            err_slowly(&mut cast, ROBOT_M, seed);
+            err_slowly(&mut cast.sighted.robot, ROBOT_M, seed);
         }
         let options = RoundCalibrationOptions { radius_m: usual.radius_m.filter(|_| is_stated), ..usual };
         let found = match of_cast(&scan, &cast, &options) {

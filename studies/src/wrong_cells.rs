@@ -18,7 +18,7 @@ use trueline_method::{Config, Status, calibrate};
 use trueline_plan::{Cell, Plan, PlanRequest, Seam, plan};
 
 #[path = "../../crates/trueline-plan/tests/cells/mod.rs"]
-mod cells;
+pub(crate) mod cells;
 
 const NAMES: [&str; 7] = ["t_d ms", "rx deg", "ry deg", "rz deg", "tx mm", "ty mm", "tz mm"];
 

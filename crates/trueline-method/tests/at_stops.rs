@@ -9,6 +9,7 @@ use trueline_dataset::{Feature, Guess, Measured, Recording, RobotSample, Sensor,
 use trueline_geometry::{Pose, se3, so3};
 use trueline_method::input::stops::{Stops, stand_at_readings};
 use trueline_method::{Calibration, Config, Error, Hold, Reason, SensorMode, Status, calibrate};
+use trueline_sim::SlowErrors;
 use trueline_sim::noise::Noise;
 
 const SIGMA_M: f64 = 0.03e-3;
@@ -121,52 +122,32 @@ fn the_stated_covariance_is_that_of_many_cells() {
     assert!((6.0 - 4.0 * 0.55..6.0 * 1.1 + 4.0 * 0.55).contains(&mean), "{mean}");
 }
 
-/// Poses of another robot: each is turned about its tool and shifted.
-fn with_errors(recording: &Recording, error: impl Fn(usize, &Pose) -> Vector6<f64>) -> Recording {
-    let mut off = recording.clone();
-    for (k, sample) in off.robot.iter_mut().enumerate() {
-        // 50 poses are logged at each stop.
-        let by = error(k / 50, &sample.base_from_tool);
-        let (turn, shift) = (by.fixed_rows::<3>(0).into_owned(), by.fixed_rows::<3>(3).into_owned());
-        sample.base_from_tool = se3::retract_decoupled(&sample.base_from_tool, &turn, &shift);
-    }
-    off
-}
-
 /// Per axis of position, m, and of attitude, rad, of a robot of 0.3 mm.
 const OF_ROBOT: [f64; 2] = [0.05e-3, 0.05e-3 / 1.5];
 
 /// A robot that errs anew at each stop.
 fn restless(recording: &Recording, seed: u64) -> Recording {
+    let mut off = recording.clone();
     let mut noise = Noise::new(seed, 2);
-    let [shift, turn] = OF_ROBOT;
-    let errors: Vec<Vector6<f64>> = (0..recording.features.len())
-        .map(|_| Vector6::from_fn(|j, _| noise.normal(if j < 3 { turn } else { shift })))
-        .collect();
-    with_errors(recording, |stop, _| errors[stop])
+    let [shift_m, turn_rad] = OF_ROBOT;
+    // 50 poses are logged at each stop.
+    for stop in off.robot.chunks_mut(50) {
+        let mut three = |sigma: f64| Vector3::from_fn(|_, _| noise.normal(sigma));
+        let (turn, shift) = (three(turn_rad), three(shift_m));
+        for sample in stop {
+            sample.base_from_tool = se3::retract_decoupled(&sample.base_from_tool, &turn, &shift);
+        }
+    }
+    off
 }
 
-/// A robot whose errors are waves over its workspace, of the lengths that `robot_field` assumes: 0.6 m, and 0.6 rad.
+/// A robot whose errors change slowly over its workspace.
 fn slow(recording: &Recording, seed: u64) -> Recording {
-    const WAVES: usize = 60;
-    let mut noise = Noise::new(seed, 3);
+    let mut off = recording.clone();
+    let [shift, turn] = OF_ROBOT;
     let middle = recording.robot[0].base_from_tool;
-    let waves: Vec<[(Vector6<f64>, f64); WAVES]> = (0..6)
-        .map(|_| {
-            std::array::from_fn(|_| {
-                let wave = Vector6::from_fn(|_, _| noise.normal(1.0 / 0.6));
-                (wave, noise.uniform(-std::f64::consts::PI, std::f64::consts::PI))
-            })
-        })
-        .collect();
-    with_errors(recording, |_, pose| {
-        let (turn, shift) = se3::difference_decoupled(pose, &middle);
-        let place = Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
-        Vector6::from_fn(|j, _| {
-            let sum: f64 = waves[j].iter().map(|(wave, phase)| (wave.dot(&place) + phase).cos()).sum();
-            OF_ROBOT[usize::from(j < 3)] * sum * (2.0 / WAVES as f64).sqrt()
-        })
-    })
+    SlowErrors::drawn(&mut Noise::new(seed, 3), middle, shift, turn).add_to(&mut off.robot);
+    off
 }
 
 /// A stated accuracy covers all errors of the robot. What the residuals show of them must not count once more as an error of the workspace.

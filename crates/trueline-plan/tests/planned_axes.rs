@@ -3,62 +3,17 @@
 
 mod cells;
 
-use cells::{exact, scenario};
-use std::path::Path;
-use trueline_dataset::{AxisMotion, Recording, sensor_toml};
-use trueline_geometry::Axis;
+use cells::axes::{TABLE, TRACK, WRIST, cell, planned, scanned};
+use cells::example_with;
+use trueline_dataset::AxisMotion;
 use trueline_method::axes::finding::{AxisFinding, AxisPart};
 use trueline_method::problem::parameters::LINES;
 use trueline_method::{Config, Status, Warning, calibrate};
 use trueline_plan::expected_axes::{expected_axes, hidden};
-use trueline_plan::{Cell, Plan, PlanError, PlanRequest, Shape, cell_toml, plan};
-use trueline_sim::{AxisCourse, SimulatedAxis, simulate_along_with_axes};
-
-/// A table 250 mm beside the example's seam, about an axis that leans a little.
-const TABLE: &str = "name = \"table\"\nkind = \"rotary\"\ncarries = \"part\"\ndirection = [0.05, -0.03, 1.0]\n\
-    point_mm = [1150.0, 330.0, 0.0]\n";
-/// A track under the robot, across the seam.
-const TRACK: &str = "name = \"track\"\nkind = \"linear\"\ncarries = \"robot\"\ndirection = [0.1, 1.0, 0.0]\n";
-fn parsed(axes: &str) -> Result<Cell, trueline_dataset::Error> {
-    let file = Path::new("cell.toml");
-    let sensor = sensor_toml::parse(file, cell_toml::EXAMPLE_SENSOR).unwrap();
-    cell_toml::parse(file, &format!("{}\n{axes}", cell_toml::EXAMPLE), sensor)
-}
-
-fn cell(axis: &str, limits: &str) -> Cell {
-    let cell = exact(parsed(&format!("[[axis]]\n{axis}[axis.limits]\n{limits}")).unwrap());
-    let axes =
-        cell.axes.into_iter().map(|axis| trueline_plan::CellAxis { error: [0.0; 2], ..axis }).collect();
-    Cell { axes, ..cell }
-}
-
-fn planned(cell: &Cell) -> Result<Plan, PlanError> {
-    let ask = PlanRequest { shapes: vec![Shape::TwoPasses], evaluations: 700, ..PlanRequest::default() };
-    plan(cell, &ask, &|| ())
-}
+use trueline_plan::{Cell, Plan, PlanError};
 
 fn promised(cell: &Cell, plan: &Plan) -> Vec<AxisFinding> {
     expected_axes(cell, &plan.motion, &plan.prediction)
-}
-
-/// A scan of a plan at the guess, with a clock of its own for each axis.
-fn scanned(cell: &Cell, plan: &Plan, seed: u64) -> Recording {
-    let scenario = scenario(cell, (cell.tool_from_camera, cell.seam), plan.motion.design().duration_s);
-    let axes: Vec<SimulatedAxis> = (plan.motion.axis_records(cell, 4e-3, 0.0).into_iter())
-        .map(|record| SimulatedAxis {
-            name: record.name,
-            carries: record.carries,
-            axis: Axis { time_offset_s: 0.02, ..record.known.unwrap() },
-            course: AxisCourse::Follows {
-                times_s: record.values.iter().map(|value| value.stamp_ns as f64 * 1e-9).collect(),
-                values: record.values.iter().map(|value| value.value).collect(),
-            },
-        })
-        .collect();
-    let robot = |time_s: f64| plan.motion.base_from_tool(time_s);
-    let mut recording = simulate_along_with_axes(&scenario, &robot, &axes, seed);
-    recording.axes.iter_mut().for_each(|axis| axis.known = None);
-    recording
 }
 
 /// The ± of a calibration of the plan's own scan are those promised, for the hand-eye and for each part of the axis. A part that one
@@ -69,6 +24,7 @@ fn a_calibration_states_what_the_plan_promised() {
         (TABLE, "range_deg = [-30, 30]"),
         (TABLE, "stand_deg = [0, 50, 100]"),
         (TRACK, "range_mm = [-100, 200]"),
+        (WRIST, "range_deg = [-20, 20]"),
     ] {
         let cell = cell(axis, limits);
         let plan = planned(&cell).unwrap_or_else(|why| panic!("{limits}: {why}"));
@@ -192,10 +148,10 @@ fn axes_that_cannot_be_planned_are_refused_with_their_key() {
         (format!("[[axis]]\n{}", TABLE.replace("point_mm", "# ")), "axis.point_mm"),
         (format!("[[axis]]\n{}", TABLE.replace("part", "roof")), "axis.carries"),
     ] {
-        let message = parsed(&axes).map(|_| ()).unwrap_err().to_string();
+        let message = example_with(&axes).map(|_| ()).unwrap_err().to_string();
         assert!(message.contains(said), "{axes}: {message}");
     }
-    let usual = parsed(&format!("[[axis]]\n{TABLE}")).unwrap();
+    let usual = example_with(&format!("[[axis]]\n{TABLE}")).unwrap();
     assert_eq!(usual.axes[0].limits.motion, AxisMotion::Swings);
     assert!((usual.axes[0].limits.range[1].to_degrees() - 30.0).abs() < 1e-12);
 }

@@ -4,7 +4,7 @@
 
 mod sighted;
 
-use sighted::{calibrated, calibrated_cast, off, sigma_of};
+use sighted::{Robot, at_stops, calibrated, calibrated_cast, off, sigma_of};
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_sensor::Error;
 use trueline_sensor::board_hand_eye::PoseFit;
@@ -244,4 +244,25 @@ fn a_scale_and_the_rest_follow_an_error_of_the_robot_as_stated() {
     assert!((change_of_scale - of_scale).abs() < 0.2 * of_scale.abs(), "{change_of_scale} {of_scale}");
     let rest = (change - stated).fixed_rows::<6>(1).norm();
     assert!(rest < 0.2 * stated.fixed_rows::<6>(1).norm(), "{change} {stated}");
+}
+
+/// Errors of a robot at stops count once, whether they differ from stop to stop or change slowly over the workspace.
+#[test]
+fn errors_of_a_robot_at_stops_count_once() {
+    let cells = 30;
+    for robot in [Robot::Restless, Robot::Slow] {
+        let mut sum = 0.0;
+        for seed in 900..900 + cells {
+            let noise = SightingNoise::even(0.03e-3, 1e-4);
+            let scan = SightingScan { noise, states_noise: true, ..SightingScan::at_stops(seed) };
+            let found = at_stops(&scan, robot).unwrap();
+            let off = off(&found.fit, &scan.cast().truth).fixed_rows::<6>(1).into_owned();
+            let covariance = found.covariance.fixed_view::<6, 6>(1, 1).into_owned();
+            sum += off.dot(&covariance.cholesky().unwrap().solve(&off)) / 6.0;
+        }
+        let mean = sum / cells as f64;
+        println!("{robot:?}: {mean:.2}");
+        // √(2 / 6 / 30) is 0.105. The part that differs is known to a tenth, and at most one: what is left of it changes slowly.
+        assert!((0.75 - 3.0 * 0.105..1.0 + 4.0 * 0.105).contains(&mean), "{robot:?}: {mean}");
+    }
 }

@@ -83,7 +83,7 @@ fn errors_at_stops_are_as_large_as_stated() {
             scan.sighted.robot_noise = if is_slow { [0.0; 2] } else { scan.sighted.robot_noise };
             let mut cast = scan.cast();
             if is_slow {
-                err_slowly(&mut cast, ROBOT_M, seed);
+                err_slowly(&mut cast.sighted.robot, ROBOT_M, seed);
             }
             let found = of_cast(&scan, &cast, &options).unwrap();
             sum += squares(&off(&found, &cast.sighted.truth), &found.covariance, &HAND_EYE);

@@ -34,6 +34,7 @@ pub mod shop;
 pub mod shutter;
 pub mod sightings;
 pub mod simulate;
+pub mod slow_errors;
 pub mod weave;
 pub mod weld;
 
@@ -54,5 +55,6 @@ pub use scenario::{
 pub use shutter::{Exposed, Shutter};
 pub use sightings::{PoseMotion, Sighted, SightingNoise, SightingScan, ViewSize};
 pub use simulate::{on_the_wall, simulate, simulate_along, simulate_sensors, simulate_with_faults};
+pub use slow_errors::SlowErrors;
 pub use weave::Weave;
 pub use weld::{KnownScan, Weld, WeldScan, scan_weld};

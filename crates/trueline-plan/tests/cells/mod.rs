@@ -17,10 +17,17 @@ use trueline_plan::sensor_pose::SensorPose;
 use trueline_plan::{Cell, GuessError, Limits, Seam, cell_toml};
 use trueline_sim::{Between, Disturbance, Preset, Scenario, SensorModel, simulate_along};
 
+pub(crate) mod axes;
+
 pub(crate) fn example() -> Cell {
+    example_with("").unwrap()
+}
+
+/// The example with more in its file.
+pub(crate) fn example_with(more: &str) -> Result<Cell, trueline_dataset::Error> {
     let file = Path::new("cell.toml");
     let sensor = sensor_toml::parse(file, cell_toml::EXAMPLE_SENSOR).unwrap();
-    cell_toml::parse(file, cell_toml::EXAMPLE, sensor).unwrap()
+    cell_toml::parse(file, &format!("{}\n{more}", cell_toml::EXAMPLE), sensor)
 }
 
 /// No error of the guess at all.

@@ -3,6 +3,7 @@
 use crate::board_files::error::BoardError;
 use crate::board_files::moving_scan::{at_stops_noise, stamped};
 use crate::board_hand_eye::joint::SIZE;
+use crate::board_hand_eye::pose_stops;
 use crate::board_hand_eye::poses::{self, PoseOptions};
 use crate::board_hand_eye::{Carried, ErrorModel, PoseFit, ReportedPose, RobotPath};
 use nalgebra::{DMatrix, SMatrix, SVector, Vector6};
@@ -87,11 +88,12 @@ pub fn calibrate(
         let poses = poses_at(&scan, &stamps_ns);
         let noise = ErrorModel { carries, ..at_stops_noise(accuracy_m) };
         let path = RobotPath::Stops(&poses);
-        let fit = poses::calibrate(&reported, path, &noise, &sought).map_err(failed)?;
-        let fit = with_robot_on_scale(fit, path, field);
+        let found = pose_stops::calibrate_at_stops(&reported, &poses, &noise, &sought).map_err(failed)?;
         // The residuals contain the differences from stop to stop, but not the common error of neighbouring stops.
+        let robot_noise_m = found.stop_noise_part * noise.position_m;
+        let field = field.beside(robot_noise_m);
+        let fit = with_robot_on_scale(found.fit, path, field);
         let covariance = fit.covariance + of_robot(&fit, path, field);
-        let robot_noise_m = noise.position_m;
         return Ok(PoseScan { fit, covariance, robot_noise_m, stops: Some(stops), estimates_offset: false });
     }
     let moved = Moved::of(&scan, &stamps_ns, carries)?;

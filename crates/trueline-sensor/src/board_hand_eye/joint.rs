@@ -144,7 +144,7 @@ impl<'a, S: Sighting> TargetProblem<'a, S> {
         }
     }
 
-    fn keeping(mut self, used: &[bool]) -> Self {
+    pub(crate) fn keeping(mut self, used: &[bool]) -> Self {
         for (own, other) in self.used.iter_mut().zip(used) {
             *own = *own && *other;
         }

@@ -17,12 +17,14 @@ pub(crate) mod lasting_motion;
 pub mod moving;
 pub(crate) mod noise_of_sightings;
 pub mod pose_sighting;
+pub mod pose_stops;
 pub mod poses;
 pub mod robot_path;
 pub mod scale;
 pub(crate) mod sight_model;
 pub(crate) mod sighting;
 pub(crate) mod start;
+pub(crate) mod stop_noise;
 pub mod unknowns;
 
 pub use joint::{BoardFit, Carried, ErrorModel, Unknowns};

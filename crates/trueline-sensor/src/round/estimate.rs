@@ -10,6 +10,7 @@ use super::stop_noise;
 use super::target::{RoundTarget, Rows};
 use crate::board_hand_eye::lasting_motion::{shared, with_rates_of};
 use crate::board_hand_eye::poses::{ONE_OFFSET_S, OtherOffset, PoseFit, REACH_S, paired_z};
+use crate::board_hand_eye::stop_noise::scaled;
 use crate::board_hand_eye::unknowns::{self, ErrorModel, TIME_OFFSET};
 use crate::board_hand_eye::{RobotPath, hidden};
 use crate::error::Error;
@@ -118,7 +119,7 @@ pub fn calibrate(
     let others = fitted.iter().skip(1).filter_map(|other| rival(&scan, &best, other));
     let runner_up = others.min_by(|a, b| a.z.total_cmp(&b.z));
     let stop_noise_part = stop_noise::part(&scan, &best)?;
-    let noise = stop_noise::scaled(noise, stop_noise_part);
+    let noise = scaled(noise, stop_noise_part);
     let mut fit = concluded(&Scan { noise: &noise, ..scan }, &best, options)?;
     fit.pose.runner_up = runner_up;
     Ok(RoundFit { stop_noise_part, ..fit })

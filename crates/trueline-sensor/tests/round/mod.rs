@@ -1,17 +1,16 @@
 //! A cast scan of a round target as the estimator takes it, and how far its answer is off.
 
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3, Vector6};
-use std::f64::consts::TAU;
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 use std::path::Path;
 use trueline_dataset::pose_folder::PoseTruth;
-use trueline_dataset::{Recording, Sensor};
+use trueline_dataset::{Recording, RobotSample, Sensor};
 use trueline_geometry::se3;
 use trueline_sensor::board_files::BoardError;
 use trueline_sensor::board_files::pose_scan::SightingOptions;
 use trueline_sensor::board_files::round_scan::{self, RoundCalibration, RoundCalibrationOptions};
 use trueline_sensor::round::RoundTarget as Round;
 use trueline_sim::noise::Noise;
-use trueline_sim::{RoundScan, RoundScanned, RoundTarget};
+use trueline_sim::{RoundScan, RoundScanned, RoundTarget, SlowErrors};
 
 /// The radius is stated, the robot is ideal but for its noise, and the rest is as usual.
 pub(crate) fn options(scan: &RoundScan) -> RoundCalibrationOptions {
@@ -87,31 +86,10 @@ pub(crate) fn off(found: &RoundCalibration, truth: &PoseTruth) -> SVector<f64, 1
 
 /// Arm that converts a position error to an attitude error, m: as it is assumed of a robot.
 pub(crate) const ARM_M: f64 = 1.5;
-/// Lengths over which its slow errors change, m and rad.
-const REACH: f64 = 0.6;
-/// Waves of which they are made.
-const WAVES: usize = 60;
-
 /// Gives the robot errors that change slowly over its workspace, of this size per axis, m.
-pub(crate) fn err_slowly(cast: &mut RoundScanned, position_m: f64, seed: u64) {
-    let mut draw = Noise::new(seed, 78);
-    let mut waves: Vec<Vec<(Vector6<f64>, f64)>> = Vec::new();
-    for _ in 0..6 {
-        let wave = |_| (Vector6::from_fn(|_, _| draw.normal(1.0 / REACH)), draw.uniform(0.0, TAU));
-        waves.push((0..WAVES).map(wave).collect());
-    }
-    let middle = cast.sighted.robot[0].base_from_tool;
-    for sample in &mut cast.sighted.robot {
-        let (turn, shift) = se3::difference_decoupled(&sample.base_from_tool, &middle);
-        let place = Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
-        let error = |j: usize| {
-            let sum: f64 = waves[j].iter().map(|(wave, phase)| (wave.dot(&place) + phase).cos()).sum();
-            sum * (2.0 / WAVES as f64).sqrt() * position_m
-        };
-        let three = |first: usize| Vector3::from_fn(|j, _| error(first + j));
-        let moved = se3::retract_decoupled(&sample.base_from_tool, &(three(0) / ARM_M), &three(3));
-        sample.base_from_tool = moved;
-    }
+pub(crate) fn err_slowly(robot: &mut [RobotSample], position_m: f64, seed: u64) {
+    let middle = robot[0].base_from_tool;
+    SlowErrors::drawn(&mut Noise::new(seed, 78), middle, position_m, position_m / ARM_M).add_to(robot);
 }
 
 /// Squared errors over their covariance, a component.

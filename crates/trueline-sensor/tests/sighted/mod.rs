@@ -1,14 +1,20 @@
 //! A cast recording as the estimator takes it, and how far its answer is off.
 
 use nalgebra::SVector;
-use trueline_dataset::pose_folder::PoseTruth;
+use std::collections::BTreeMap;
+use std::path::Path;
+use trueline_dataset::folder::RobotPoses;
+use trueline_dataset::pose_folder::{PoseDataset, PoseTruth};
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_geometry::{Pose, Trajectory, se3};
 use trueline_sensor::Error;
+use trueline_sensor::board_files::BoardError;
+use trueline_sensor::board_files::pose_scan::{self, PoseScan, SightingOptions};
 use trueline_sensor::board_hand_eye::joint::SIZE;
 use trueline_sensor::board_hand_eye::poses::{self, PoseOptions};
 use trueline_sensor::board_hand_eye::{Carried, ErrorModel, PoseFit, ReportedPose, RobotPath};
-use trueline_sim::{Sighted, SightingScan};
+use trueline_sim::noise::Noise;
+use trueline_sim::{Sighted, SightingScan, SlowErrors};
 
 /// The answer for a scan's shadow; the robot's noise is the simulated one.
 pub(crate) fn calibrated(scan: &SightingScan, options: &PoseOptions) -> Result<PoseFit, Error> {
@@ -67,6 +73,47 @@ pub(crate) fn off(fit: &PoseFit, truth: &PoseTruth) -> SVector<f64, SIZE> {
 }
 
 /// Standard deviation of one of the unknowns.
+#[allow(dead_code, reason = "the studies have covariances of their own")]
 pub(crate) fn sigma_of(fit: &PoseFit, k: usize) -> f64 {
     fit.covariance[(k, k)].max(0.0).sqrt()
+}
+
+/// How a robot errs from stop to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Robot {
+    /// Anew at each.
+    Restless,
+    /// Slowly over its workspace.
+    Slow,
+}
+
+/// Position errors of the robot at stops, per axis, m: of an accuracy of six times as much.
+const ROBOT_M: f64 = 0.05e-3;
+/// Arm that converts them to errors of the attitude, m: as it is assumed of a robot.
+const ARM_M: f64 = 1.5;
+
+/// The answer of a whole dataset at stops, with the accuracy of the robot stated.
+#[allow(dead_code, reason = "not every user has stops")]
+pub(crate) fn at_stops(scan: &SightingScan, robot: Robot) -> Result<PoseScan, BoardError> {
+    let errors = [ROBOT_M, ROBOT_M / ARM_M];
+    let robot_noise = if robot == Robot::Restless { errors } else { [0.0; 2] };
+    let mut cast = SightingScan { robot_noise, ..scan.clone() }.cast();
+    if robot == Robot::Slow {
+        let (mut draw, middle) = (Noise::new(scan.seed, 79), cast.robot[0].base_from_tool);
+        SlowErrors::drawn(&mut draw, middle, errors[0], errors[1]).add_to(&mut cast.robot);
+    }
+    let read = PoseDataset {
+        setup: cast.setup,
+        robot: RobotPoses {
+            samples: cast.robot,
+            at_stops: cast.at_stops,
+            file_name: "robot.csv",
+            sha256: String::new(),
+        },
+        sightings: cast.sightings,
+        inputs: BTreeMap::new(),
+        notes: Vec::new(),
+    };
+    let options = SightingOptions { robot_accuracy_m: Some(6.0 * ROBOT_M), ..SightingOptions::default() };
+    pose_scan::calibrate(Path::new("cast"), &read, &options)
 }
