@@ -323,3 +323,19 @@ fn a_part_that_is_clamped_again_is_calibrated_with_the_scatter_of_its_fixture() 
     assert!(off_in_sigmas(&known, &truth(&folder.join("clamped"))) < 4.0, "{known:#}");
     assert_eq!(known["options"]["part_moves"]["shift_mm"], 0.3);
 }
+
+/// A straight part that is clamped again between two passes is refused with its cause, and the same part at rest is accepted.
+#[test]
+fn a_straight_part_that_is_clamped_again_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let scan = ["straight", "--seed", "112", "--seam-passes", "2"];
+    cast(folder, &[&scan[..], &["--seam-part-moves", "0.3,0.1"]].concat(), "clamped");
+    cast(folder, &scan, "rest");
+    let moved = calibrated(folder, &["clamped", "--robot-accuracy-mm", "0"], 1);
+    assert_eq!(moved["reasons"][0]["code"], "part-moved", "{moved:#}");
+    calibrated(folder, &["rest", "--robot-accuracy-mm", "0"], 0);
+    // The robot's errors, a wavy seam and lasting noise do not hide the moves.
+    let wavy = calibrated(folder, &["clamped", "--waviness-mm", "0.1"], 1);
+    assert_eq!(wavy["reasons"][0]["code"], "part-moved", "{wavy:#}");
+}

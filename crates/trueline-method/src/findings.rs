@@ -234,6 +234,8 @@ pub struct Checks {
     pub held_out: Option<HeldOut>,
     /// Stretches of the scan that disagree with the rest.
     pub outlier_segments: Vec<OutlierSegment>,
+    /// Largest shift of the part beside its place in the first pass, m. `None` if it stayed.
+    pub part_moved_m: Option<f64>,
     /// Predicted error of a later seam point. `None` if the hand-eye transform is not fully observable.
     pub seam_error: Option<SeamError>,
     /// Estimated shape of a sensor that was held fixed. `None` if it was estimated, or is unobservable.

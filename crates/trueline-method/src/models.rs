@@ -229,6 +229,11 @@ impl TriedLag {
         (self.lag_s, self.of_joints) == (other.lag_s, other.of_joints)
     }
 
+    /// No lag.
+    pub(crate) fn none(twice_negative_log: f64) -> Self {
+        Self { lag_s: 0.0, of_joints: false, twice_negative_log }
+    }
+
     fn is_none(&self) -> bool {
         self.lag_s == 0.0 && !self.of_joints
     }

@@ -5,6 +5,7 @@
 
 use crate::adjustment::amplitudes;
 use crate::adjustment::blocks::Block;
+use crate::adjustment::clamped::first_residuals;
 use crate::adjustment::coloured::{Coloured, Sums, Whitened};
 use crate::adjustment::columns::Columns;
 use crate::adjustment::equations::{Equations, Factors, Prior, Solved};
@@ -100,8 +101,9 @@ impl Adjustment<'_> {
     /// Initial noise and weights from the residuals.
     fn begin(&mut self) {
         let frames = self.scan.frames(&self.at, &self.tilt);
+        let as_they_are = first_residuals(&frames, self.columns.blocks.iter().find_map(Block::clamped));
         let residuals: Vec<Vec<f64>> =
-            [0, 1].map(|k| frames.iter().flatten().map(|frame| frame.residual[k]).collect()).into();
+            [0, 1].map(|k| as_they_are.iter().flatten().map(|residual| residual[k]).collect()).into();
         let mut spread = [1.0; 2];
         for (direction, of_direction) in residuals.iter().enumerate() {
             let differences = of_direction.windows(2).map(|two| (two[1] - two[0]).abs());
@@ -115,7 +117,6 @@ impl Adjustment<'_> {
             self.noise[direction] = self.known_noise.map_or_else(|| about(lasting), |known| known[direction]);
         }
         let table = Table::of(&frames, &self.columns, &self.coefficients);
-        let as_they_are: Vec<_> = frames.iter().map(|frame| Some(frame.as_ref()?.residual)).collect();
         self.weights = weights(&table.off(&as_they_are, spread), CUTS[0]);
     }
 

@@ -4,6 +4,7 @@ use crate::adjustment::adjust::{Adjusted, Adjustment};
 use crate::adjustment::axis_step::{AxisStep, axis_step};
 use crate::adjustment::beyond_linear::BeyondLinear;
 use crate::adjustment::blocks::{Amplitude, Block, Kind};
+use crate::adjustment::clamped::Clamped;
 use crate::adjustment::coloured::Coloured;
 use crate::adjustment::columns::{Columns, Considered};
 use crate::adjustment::error_sizes::Amplitudes;
@@ -57,6 +58,8 @@ pub(crate) struct Settings<'a> {
     pub lag_s: f64,
     /// Prior standard deviation of the joints' own lags, s. 0 for none.
     pub joint_lags_s: f64,
+    /// Passes of a part that moves between them. `None` for a part at rest.
+    pub part: Option<&'a Clamped>,
     /// Prior standard deviation of each number of the external axes, SI. Empty without axes.
     pub axis_sigmas: &'a [f64],
     /// Noise of a similar model of the same scan, from which the search of the likeliest noise starts. `None` for a search over all.
@@ -91,6 +94,8 @@ pub(crate) struct Answer {
     pub field: Option<RobotField>,
     /// The blocks that were estimated beside the unknowns.
     pub blocks: Vec<models::Block>,
+    /// Largest shift of the part beside its place in the first pass, m. `None` of a part at rest.
+    pub moved_m: Option<f64>,
     /// The stamp of each frame that was used, s, and whether it was left out.
     pub frames: Vec<(f64, bool)>,
     /// Minus twice the log likelihood.
@@ -204,6 +209,10 @@ fn add_blocks(
         let bounds = [LEAST_JOINT_LAGS.powi(2), MOST_JOINT_LAGS.powi(2)];
         add(Kind::JointLags { sigma_s: settings.joint_lags_s }, Amplitude { theta: 1.0, bounds });
     }
+    if let Some(clamped) = settings.part {
+        let bounds = [LEAST_MOVES.powi(2), MOST_MOVES.powi(2)];
+        add(Kind::Part(clamped.clone()), Amplitude { theta: 1.0, bounds });
+    }
     if settings.levels.feature_bias_px > 0.0 {
         add(Kind::Detector { sigma_px: settings.levels.feature_bias_px }, Amplitude::HELD);
     }
@@ -224,6 +233,10 @@ fn add_blocks(
 /// Least and largest lags of joints, in multiples of the expected ones.
 const LEAST_JOINT_LAGS: f64 = 0.1;
 const MOST_JOINT_LAGS: f64 = 5.0;
+
+/// Least and largest moves of a part, in multiples of the expected ones.
+const LEAST_MOVES: f64 = 0.1;
+const MOST_MOVES: f64 = 10.0;
 
 /// Least form as a fraction of the expected form, because zero has no logarithm.
 const LEAST_FORM: f64 = 1e-3;
@@ -258,7 +271,7 @@ fn answer(
             column /= block.variance(k).sqrt();
         }
         let of = match block.kind {
-            Kind::Form { .. } => ShareOf::SeamForm,
+            Kind::Form { .. } | Kind::Part(_) => ShareOf::SeamForm,
             Kind::Robot(_) => ShareOf::Robot,
             Kind::Detector { .. } => ShareOf::Detector,
             Kind::Lag { .. } | Kind::JointLags { .. } => ShareOf::PoseLag,
@@ -275,6 +288,10 @@ fn answer(
         bends: None,
         axes: axis_step(adjustment, adjusted, covariance),
         field: adjustment.columns.blocks.iter().find_map(Block::robot_field).cloned(),
+        moved_m: adjustment.columns.blocks.iter().find_map(|block| {
+            let own = &adjustment.coefficients.as_slice()[block.columns.clone()];
+            Some(block.clamped()?.largest_m(own))
+        }),
         frames: stamps(adjustment),
         blocks: adjustment.columns.blocks.iter().filter_map(Block::name).collect(),
         amplitudes: Amplitudes {

@@ -1,5 +1,6 @@
 //! Systematic errors as blocks: columns beside the unknowns, each with unit prior variance, times an amplitude.
 
+use crate::adjustment::clamped::Clamped;
 use crate::adjustment::form::Hats;
 use crate::adjustment::frames::Frame;
 use crate::assess::robot_field::RobotField;
@@ -27,6 +28,8 @@ pub(crate) enum Kind {
     Lag { taken_s: f64, sigma_s: f64 },
     /// A lag of its own for each joint: a constant matrix of base from the twist of the tool to the twist by which it is late, s.
     JointLags { sigma_s: f64 },
+    /// The place of the part in each pass after the first: shift and turn.
+    Part(Clamped),
 }
 
 /// Lever that makes an angular velocity comparable with a velocity, m: joints of the wrist are nearer to the tool, those of the arm further away.
@@ -91,6 +94,7 @@ impl Block {
             Kind::Lag { .. } | Kind::Step { .. } => 1,
             Kind::Detector { .. } => BIAS,
             Kind::JointLags { .. } => 36,
+            Kind::Part(clamped) => clamped.columns(),
             Kind::Axes { sigmas } => sigmas.len(),
         };
         Self { kind, columns: first..first + count, amplitude, own: vec![1.0; count] }
@@ -100,6 +104,12 @@ impl Block {
     #[must_use]
     pub(crate) fn robot_field(&self) -> Option<&RobotField> {
         if let Kind::Robot(field) = &self.kind { Some(field) } else { None }
+    }
+
+    /// The moves of the part, of such a block.
+    #[must_use]
+    pub(crate) fn clamped(&self) -> Option<&Clamped> {
+        if let Kind::Part(clamped) = &self.kind { Some(clamped) } else { None }
     }
 
     /// Prior variance of each column.
@@ -164,6 +174,7 @@ impl Block {
                     }
                 }
             }
+            Kind::Part(clamped) => clamped.at(frame).for_each(|(column, moved)| set(column, moved)),
             Kind::Axes { sigmas } => {
                 let moved = frame.by_point * &frame.by_axes;
                 for (k, sigma) in sigmas.iter().enumerate() {
@@ -178,7 +189,7 @@ impl Block {
         }
     }
 
-    /// Its name among the blocks of a model. `None` for a step, which belongs to the clock.
+    /// Its name among the blocks of a model. `None` for a step, which belongs to the clock, and for moves of the part, which refuse the scan.
     #[must_use]
     pub(crate) fn name(&self) -> Option<models::Block> {
         match self.kind {
@@ -187,7 +198,7 @@ impl Block {
             Kind::Detector { .. } => Some(models::Block::Detector),
             Kind::Lag { .. } | Kind::JointLags { .. } => Some(models::Block::PoseLag),
             Kind::Axes { .. } => Some(models::Block::Axes),
-            Kind::Step { .. } => None,
+            Kind::Step { .. } | Kind::Part(_) => None,
         }
     }
 

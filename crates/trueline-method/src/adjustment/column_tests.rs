@@ -2,12 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use crate::adjustment::blocks::{Amplitude, Block, Kind};
+use crate::adjustment::clamped::Clamped;
 use crate::adjustment::columns::{Columns, Considered};
 use crate::adjustment::form::Hats;
 use crate::adjustment::frames::{Frame, Scan};
 use crate::assess::robot_field::{RobotField, RobotSigmas};
 use crate::assess::tilt_bias::TiltBias;
-use crate::config::{Config, ResidualKind};
+use crate::config::{Config, PartMoves, ResidualKind};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{self, Observations};
 use crate::input::timestamps::Sampling;
@@ -104,6 +105,43 @@ fn a_form_moves_a_residual_as_the_seam_itself_does() {
             assert!((by_form - by_line).norm() < 1e-3 * by_line.norm() + 1e-6, "{by_form} {by_line}");
         }
     }
+}
+
+/// A part in another place moves a residual as its seam there does, and none before the end of the pass.
+#[test]
+fn a_moved_part_moves_a_residual_as_its_seam_there_does() {
+    let (observed, at) = cell();
+    let problem = problem(&observed, &at);
+    let scan = Scan::of(&problem, &at);
+    let frames = some_frames(&problem, &at);
+    let end_s = 0.5 * (frames[0].stamp_s + frames[frames.len() - 1].stamp_s);
+    let middle = at.lines[0].anchor() + at.lines[0].direction() * 0.05;
+    let moves = PartMoves { shift_m: 1e-5, turn_rad: 1e-4 };
+    let clamped = Clamped { ends_s: vec![end_s], middle, moves };
+    let block = Block::new(Kind::Part(clamped), 0, Amplitude::HELD);
+    let place = [0.9, -1.3, 0.4, 0.7, 1.1, -0.6];
+    let shift = Vector3::from_column_slice(&place[..3]) * moves.shift_m;
+    let turn = so3::exp(&(Vector3::from_column_slice(&place[3..]) * moves.turn_rad));
+    let mut there = at.clone();
+    for seam in &mut there.lines {
+        *seam = trueline_geometry::Line::new(
+            middle + shift + turn * (seam.anchor() - middle),
+            &nalgebra::UnitVector3::new_normalize(turn * seam.direction()),
+        );
+    }
+    let mut moved_frames = 0;
+    for frame in &frames {
+        let by_block = moved(&block, frame, &place);
+        if frame.stamp_s < end_s {
+            assert_eq!(by_block, Vector2::zeros());
+            continue;
+        }
+        moved_frames += 1;
+        let by_line = scan.residual(frame, &there).unwrap().0 - frame.residual;
+        // 0.02 mm and 0.01° change the slope of a seam by 2e-4, and the sheet is flat to a second order in them.
+        assert!((by_block - by_line).norm() < 1e-3 * by_line.norm() + 1e-6, "{by_block} {by_line}");
+    }
+    assert!(moved_frames > 3, "{moved_frames}");
 }
 
 /// A robot that is off by a mode of its field moves a residual as a path does that was moved so.

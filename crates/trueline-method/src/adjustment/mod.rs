@@ -5,6 +5,7 @@
 //! | `frames` | the whitened frames of the scan with their Jacobians |
 //! | `neighbours` | motion of frames relative to their neighbours along the seam |
 //! | `form`, `blocks` | errors as columns with an amplitude |
+//! | `clamped` | the place of the part in each pass |
 //! | `columns`, `table` | the order of the columns, and the rows of all frames |
 //! | `coloured` | correlated noise, whitened by a filter |
 //! | `noise_search` | the likeliest noise of a grid |
@@ -20,6 +21,7 @@ pub mod answer;
 pub mod axis_step;
 mod beyond_linear;
 mod blocks;
+pub mod clamped;
 pub mod coloured;
 mod columns;
 mod equations;

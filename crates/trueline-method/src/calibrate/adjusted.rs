@@ -10,6 +10,7 @@ use crate::axes::finding as axes;
 use crate::axes::finding::{self, sigmas_before};
 use crate::calibrate::answered::{Answered, beside_cause, with_sensor};
 use crate::calibrate::basins::{Basin, beside_rivals, likelier};
+use crate::calibrate::clamped::{clamped_again, passes_in_doubt};
 use crate::calibrate::concluded::Concluded;
 use crate::calibrate::lagging::lagging;
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
@@ -42,15 +43,37 @@ struct Adjusted {
     pub tried: Vec<TriedLag>,
 }
 
+impl Adjusted {
+    /// The answer with a part that moved. It is refused, and its rivals are of no interest.
+    fn of_moved_part(from: &Concluded<'_>, answer: Answer) -> Self {
+        Self {
+            tried: vec![TriedLag::none(answer.comparable())],
+            seam_error: seam_error(from, &answer),
+            with_axes: None,
+            is_open: vec![false; from.ambiguity.rivals.len()],
+            better: None,
+            answer,
+        }
+    }
+}
+
 /// Whether there is something to adjust.
 #[must_use]
 pub(crate) fn applies(recording: &Recording, config: &Config, fit: &Fit, levels: &SystematicLevels) -> bool {
-    let is_ideal =
-        waviness_m(recording, config) == 0.0 && levels.edge_radius_m == 0.0 && recording.axes.is_empty();
+    !is_ideal(recording, config, levels) && is_possible(recording, config, fit)
+}
+
+/// Whether the cell states that it has no systematic errors beside the robot's.
+fn is_ideal(recording: &Recording, config: &Config, levels: &SystematicLevels) -> bool {
+    waviness_m(recording, config) == 0.0 && levels.edge_radius_m == 0.0 && recording.axes.is_empty()
+}
+
+/// Whether the adjustment describes the scan.
+fn is_possible(recording: &Recording, config: &Config, fit: &Fit) -> bool {
     let is_paper = config.residual != ResidualKind::Sheet || fit.parameters().curvatures.is_empty();
     // The error of a robot at stops is noise, one draw a stop. External axes are estimated only in the adjustment.
     let is_at_stops = config.at_stops && recording.axes.is_empty();
-    !(is_ideal || is_paper || fit.prior.is_some() || is_at_stops)
+    !(is_paper || fit.prior.is_some() || is_at_stops)
 }
 
 /// Stated waviness of the seam, m.
@@ -58,14 +81,16 @@ fn waviness_m(recording: &Recording, config: &Config) -> f64 {
     config.waviness_m.or(recording.setup.waviness_m).unwrap_or(ASSUMED_WAVINESS_M)
 }
 
-/// Adjusts the optimum of noise alone. `None` if there is no systematic error to adjust: a straight seam with a sharp edge, the paper's residual,
-/// directions held at a guess, a standing robot.
+/// Adjusts the optimum of noise alone. `None` if there is no systematic error to adjust: a straight seam with a sharp edge of a part at rest, the
+/// paper's residual, directions held at a guess, a standing robot.
 ///
 /// # Errors
 /// [`Unsolved`] where there would be, and the equations have no solution.
 fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Result<Option<Adjusted>, Unsolved> {
     let (config, fit) = (from.settings.config, &from.assessed.drift_free.fit);
-    if !applies(from.recording, config, fit, &from.levels) {
+    let is_stated = applies(from.recording, config, fit, &from.levels);
+    let passes = if is_possible(from.recording, config, fit) { passes_in_doubt(from, problem) } else { None };
+    if !is_stated && passes.is_none() {
         return Ok(None);
     }
     let _stage = tracing::debug_span!("adjustment").entered();
@@ -75,20 +100,37 @@ fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Result<Option<Ad
     let settings = Settings {
         fixed: from.settings.fixed,
         held_sigmas: &held_sigmas,
-        levels: from.levels,
+        // Robot errors from residuals that a moved part left would explain its moves.
+        levels: if is_stated {
+            from.levels
+        } else {
+            SystematicLevels { robot: from.robot_taken, ..from.levels }
+        },
         waviness_m: waviness_m(from.recording, config),
         noise_factor: fit.noise.factor,
         step: stepped.map(|step| (step.at_s, step.step_s.abs())),
         lag_s: 0.0,
         joint_lags_s: 0.0,
+        part: None,
         axis_sigmas: &axis_sigmas,
         noise: None,
         threads: config.threads,
     };
-    let best = adjust(problem, fit.parameters(), &settings).ok_or(Unsolved)?;
+    let best = adjust(problem, fit.parameters(), &settings);
+    let moving = |settings: &Settings<'_>, at_rest: &Answer| {
+        let answer = clamped_again(problem, settings, at_rest, passes.as_ref()?)?;
+        Some(Adjusted::of_moved_part(from, answer))
+    };
+    if !is_stated {
+        return Ok(best.and_then(|best| moving(&settings, &best)));
+    }
+    let best = best.ok_or(Unsolved)?;
     let Basin { answer, is_open, better } = beside_rivals(from, problem, &settings, best);
     let better = likelier(from, problem, &settings, &answer).or(better);
     let (answer, tried) = lagging(from, &settings, answer);
+    if let Some(moved) = moving(&settings, &answer) {
+        return Ok(Some(moved));
+    }
     let seam_error = seam_error(from, &answer);
     let with_axes = with_axes(from, &answer);
     Ok(Some(Adjusted { answer, seam_error, is_open, better, with_axes, tried }))
@@ -193,6 +235,7 @@ pub(crate) fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, fin
     findings.fit.features = features;
     let of_robot = answer.of_robot();
     findings.fit.amplitudes = Some(answer.amplitudes);
+    findings.checks.part_moved_m = answer.moved_m;
     let answered = Answered { parameters: answer.at, covariance, noise_covariance, observability, of_robot };
     findings.unknowns = with_sensor(from, answered);
     findings.unknowns.sensor = beside_cause(from, &findings.unknowns);

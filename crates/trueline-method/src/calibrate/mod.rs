@@ -5,6 +5,7 @@ mod adjusted;
 mod answered;
 mod asked;
 mod basins;
+mod clamped;
 mod conclude;
 mod concluded;
 mod curved;

@@ -229,6 +229,7 @@ fn checks(
             &fit.noise,
             config.offset_search_s,
         ),
+        part_moved_m: None,
         seam_error: None,
         held_sensor: None,
         confounded_causes: Vec::new(),

@@ -229,6 +229,11 @@ pub struct PartMoves {
     pub turn_rad: f64,
 }
 
+impl PartMoves {
+    /// Scatter of a usual fixture.
+    pub(crate) const USUAL: Self = Self { shift_m: 0.3e-3, turn_rad: 1.75e-3 };
+}
+
 /// Use of a seam point, for the error at the torch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Use {

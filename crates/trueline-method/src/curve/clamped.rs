@@ -18,8 +18,8 @@ use crate::curve::robot;
 use crate::curve::solve::{DECISIVE, Finished};
 use nalgebra::{DMatrix, DVector};
 
-/// Scatter of a usual fixture. Larger moves are found as well: they cost a few units of log likelihood and gain hundreds.
-const USUAL: PartMoves = PartMoves { shift_m: 0.3e-3, turn_rad: 1.75e-3 };
+/// Larger moves are found as well: they cost a few units of log likelihood and gain hundreds.
+const USUAL: PartMoves = PartMoves::USUAL;
 /// Nobody clamps a part again more often during a scan. More passes are those of a sensor that sways over a short curve.
 const MOST_PASSES: usize = 24;
 /// Rounds of the noise level.

@@ -46,6 +46,9 @@ fn of_findings(f: &Findings) -> Vec<Reason> {
     if let Some(curve) = &f.curve {
         return of_curve(f, curve);
     }
+    if let Some(shift_m) = f.checks.part_moved_m {
+        return of_moved_part(f, shift_m);
+    }
     let mut reasons = contradicted(f);
     if !reasons.is_empty() {
         // All other findings of the fit would follow from that error.
@@ -101,13 +104,19 @@ fn of_findings(f: &Findings) -> Vec<Reason> {
     reasons
 }
 
+/// All other findings of the fit would follow from the moves, but not a stretch that they leave unexplained.
+fn of_moved_part(f: &Findings, shift_m: f64) -> Vec<Reason> {
+    let stretches = f.checks.outlier_segments.iter().filter_map(|segment| broken_stretch(f, segment));
+    stretches.chain([Reason::PartMoved { shift_m }]).chain(of_streams(f)).collect()
+}
+
 /// Why the answer of a curve is bad.
 fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
     let mut reasons: Vec<Reason> = Vec::new();
     reasons.extend(
         curve.collapsed_from_m.map(|before_m| Reason::CurveCollapsed { length_m: curve.length_m, before_m }),
     );
-    reasons.extend(curve.part_moved_m.map(|shift_m| Reason::PartMoved { shift_m }));
+    reasons.extend(f.checks.part_moved_m.map(|shift_m| Reason::PartMoved { shift_m }));
     let outliers = f.outliers();
     if outliers.share() > MOST_OFF_CURVE {
         reasons.push(Reason::TooManyOutliers { outliers });

@@ -24,6 +24,7 @@ pub(super) fn instead_of_its_effects(f: &Findings, reasons: Vec<Reason>) -> Vec<
                 | Reason::OtherTimeOffset { .. }
                 | Reason::ClockStep { .. }
                 | Reason::ResidualsTooLarge { .. }
+                | Reason::PartMoved { .. }
         )
     };
     match stretch(f) {

@@ -275,6 +275,7 @@ impl Scan {
             better: None,
             held_out: None,
             outlier_segments: Vec::new(),
+            part_moved_m: answer.curve.part_moved_m,
             seam_error,
             held_sensor: None,
             confounded_causes: Vec::new(),
