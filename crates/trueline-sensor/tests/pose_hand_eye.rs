@@ -262,7 +262,8 @@ fn errors_of_a_robot_at_stops_count_once() {
         }
         let mean = sum / cells as f64;
         println!("{robot:?}: {mean:.2}");
-        // √(2 / 6 / 30) is 0.105. The part that differs is known to a tenth, and at most one: what is left of it changes slowly.
-        assert!((0.75 - 3.0 * 0.105..1.0 + 4.0 * 0.105).contains(&mean), "{robot:?}: {mean}");
+        // √(2 / 6 / 30) is 0.105. Over 60 other cells (`sightings` of the studies) errors that count once have 0.75 and 0.91, and errors that
+        // count twice 0.46 and 0.69. These seeds have 0.93 and 0.81.
+        assert!((0.7..1.0 + 4.0 * 0.105).contains(&mean), "{robot:?}: {mean}");
     }
 }

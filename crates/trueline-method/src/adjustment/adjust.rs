@@ -11,7 +11,7 @@ use crate::adjustment::columns::Columns;
 use crate::adjustment::equations::{Equations, Factors, Prior, Solved};
 use crate::adjustment::frames::{Frame, Scan, places};
 use crate::adjustment::neighbours::Neighbours;
-use crate::adjustment::noise_search::{Reach, about, likeliest};
+use crate::adjustment::noise_search::{Given, Reach, about, likeliest};
 use crate::adjustment::table::Table;
 use crate::adjustment::weights::weights;
 use crate::assess::tilt_bias::TiltBias;
@@ -123,11 +123,7 @@ impl Adjustment<'_> {
     fn round(&mut self, round: usize, cut: f64) -> Option<()> {
         let frames = self.scan.frames(&self.at, &self.tilt);
         let mut table = Table::of(&frames, &self.columns, &self.coefficients);
-        match round {
-            ROUND_OF_NOISE if self.known_noise.is_none() => self.noise = likeliest(self, &table, Reach::ALL),
-            ROUND_OF_NOISE | ROUND_BESIDE_AMPLITUDES => self.noise = likeliest(self, &table, Reach::NEAR),
-            _ => {}
-        }
+        self.choose_noise(round, &table);
         let (sums, solved) = self.steps(&mut table, &frames)?;
         let equations = self.equations(&sums);
         let solved = if round >= FIRST_OF_AMPLITUDES {
@@ -145,6 +141,17 @@ impl Adjustment<'_> {
             [0, 1].map(|direction| self.sigmas[direction] * (1.0 + self.noise[direction].lasting()).sqrt());
         self.weights = weights(&table.off(&left, spread), cut);
         Some(())
+    }
+
+    fn choose_noise(&mut self, round: usize, table: &Table) {
+        let reach = match round {
+            ROUND_OF_NOISE if self.known_noise.is_none() => Reach::ALL,
+            ROUND_OF_NOISE | ROUND_BESIDE_AMPLITUDES => Reach::NEAR,
+            _ => return,
+        };
+        let (prior, sigmas, threads) = (self.prior(), self.sigmas, self.threads);
+        let given = Given { table, weights: &self.weights, sigmas, prior: &prior, threads };
+        self.noise = likeliest(&given, self.noise, reach);
     }
 
     /// Steps of the unknowns with held columns. Returns the equations at the end with their solution.

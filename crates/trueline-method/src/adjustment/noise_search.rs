@@ -1,6 +1,5 @@
 //! The likeliest noise of an adjustment: white noise alone, or correlated noise beside it, over a grid of models.
 
-use crate::adjustment::adjust::Adjustment;
 use crate::adjustment::coloured::{Coloured, Sums};
 use crate::adjustment::equations::{Equations, Prior};
 use crate::adjustment::table::Table;
@@ -38,19 +37,28 @@ pub(crate) fn about(lasting: f64) -> Coloured {
     Coloured { amplitude: nearest.unwrap_or(0.0), lasts_s: LASTS_S[1], long: 0.0 }
 }
 
-/// The likeliest noise of both directions: first alike in both, then each by itself, then the correlation time, then the long process.
+/// A scan with everything but its noise model.
+pub(crate) struct Given<'a> {
+    /// The rows of the frames.
+    pub table: &'a Table,
+    /// The weight of each frame.
+    pub weights: &'a [f64],
+    /// Standard deviation of the white noise in each direction, in units of the expected noise.
+    pub sigmas: [f64; 2],
+    /// Prior of all estimated columns.
+    pub prior: &'a Prior,
+    /// Threads that share the work.
+    pub threads: usize,
+}
+
+/// The likeliest noise of both directions about a first model: first alike in both, then each by itself, then the correlation time, then the long
+/// process.
 #[must_use]
-pub(crate) fn likeliest(adjustment: &Adjustment<'_>, table: &Table, reach: Reach) -> [Coloured; 2] {
-    let begun = adjustment.noise.map(Place::near);
+pub(crate) fn likeliest(given: &Given<'_>, first: [Coloured; 2], reach: Reach) -> [Coloured; 2] {
+    let begun = first.map(Place::near);
     let mut search = Search {
         best: Chosen { of: begun, twice_negative_log: f64::INFINITY },
-        likelihood: Likelihood {
-            adjustment,
-            table,
-            prior: adjustment.prior(),
-            known: Vec::new(),
-            solved: Vec::new(),
-        },
+        likelihood: Likelihood { given, known: Vec::new(), solved: Vec::new() },
     };
     search.best.twice_negative_log = search.likelihood.of(begun);
     let with = |place: Place, amplitude: usize| Place { amplitude, ..place };
@@ -120,12 +128,12 @@ struct Chosen {
     twice_negative_log: f64,
 }
 
-struct Search<'a, 'b> {
+struct Search<'a> {
     best: Chosen,
-    likelihood: Likelihood<'a, 'b>,
+    likelihood: Likelihood<'a>,
 }
 
-impl Search<'_, '_> {
+impl Search<'_> {
     fn try_all(&mut self, others: impl IntoIterator<Item = [Place; 2]>) {
         for of in others {
             let twice_negative_log = self.likelihood.of(of);
@@ -137,15 +145,13 @@ impl Search<'_, '_> {
 }
 
 /// The restricted likelihood of noise models. Each is filtered and solved once.
-struct Likelihood<'a, 'b> {
-    adjustment: &'a Adjustment<'b>,
-    table: &'a Table,
-    prior: Prior,
+struct Likelihood<'a> {
+    given: &'a Given<'a>,
     known: Vec<((usize, Place), Sums)>,
     solved: Vec<([Place; 2], f64)>,
 }
 
-impl Likelihood<'_, '_> {
+impl Likelihood<'_> {
     fn of(&mut self, places: [Place; 2]) -> f64 {
         if let Some((_, twice_negative_log)) = self.solved.iter().find(|(solved, _)| *solved == places) {
             return *twice_negative_log;
@@ -156,20 +162,19 @@ impl Likelihood<'_, '_> {
     }
 
     fn solve(&mut self, places: [Place; 2]) -> f64 {
+        let Given { table, weights, sigmas, prior, threads } = *self.given;
         let key = |direction: usize| (direction, places[direction]);
         let is_known = |direction: &usize| self.known.iter().any(|(known, _)| *known == key(*direction));
         let missing: Vec<usize> = (0..2).filter(|direction| !is_known(direction)).collect();
-        let found = parallel::map(self.adjustment.threads, missing.len(), |k| {
-            let noise = places[missing[k]].noise();
-            (key(missing[k]), self.table.whitened(missing[k], &self.adjustment.weights, noise).sums)
+        let found = parallel::map(threads, missing.len(), |k| {
+            (key(missing[k]), table.whitened(missing[k], weights, places[missing[k]].noise()).sums)
         });
         self.known.extend(found);
         let sums = |direction: usize| {
             self.known.iter().find(|(known, _)| *known == key(direction)).map(|(_, sums)| sums)
         };
         let (Some(one), Some(other)) = (sums(0), sums(1)) else { return f64::INFINITY };
-        let estimated = self.adjustment.columns.estimated();
-        let equations = Equations::of([one, other], self.adjustment.sigmas, estimated);
-        equations.solve(&self.prior).map_or(f64::INFINITY, |solved| solved.twice_negative_log)
+        let equations = Equations::of([one, other], sigmas, prior.gradient.len());
+        equations.solve(prior).map_or(f64::INFINITY, |solved| solved.twice_negative_log)
     }
 }
