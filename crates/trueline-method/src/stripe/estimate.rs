@@ -185,13 +185,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let seen = seen.ok_or(NoPlates::NoPlane)?;
     let noise = uncertainty::assess(&fit, (&information, &pose_noise), &shared).covariance
         * seam.amplitudes.noise_variance;
-    let mut errors = systematic::systematic(&fit, &information, &seam.shared).with_held(
-        &fit.solution.equations.hessian,
-        information.covariance_root(),
-        seam.held_sigmas,
-    );
-    errors.robot *= seam.amplitudes.robot;
-    errors.form = form::effect(&fit, &information, seam.amplitudes.form_sigma_m);
+    let errors = errors(seam, &fit, &information);
     let explained = Explained { taken, levels: seam.shared.levels };
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
         answer(seam, &fit, (&information, &seen), (&noise, &errors), &explained).ok_or(NoPlates::Parallel)?;
@@ -215,6 +209,16 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         seam: seam.answer.clone(),
         stripe,
     })
+}
+
+/// Systematic errors of the fit, with the sizes that the seam points show.
+fn errors(seam: &SeamEstimate<'_>, fit: &StripeFit<'_>, information: &Information) -> Systematic {
+    let (hessian, root) = (&fit.solution.equations.hessian, information.covariance_root());
+    let mut errors =
+        systematic::systematic(fit, information, &seam.shared).with_held(hessian, root, seam.held_sigmas);
+    errors.robot *= seam.amplitudes.robot;
+    errors.form = form::effect(fit, information, seam.amplitudes.form_sigma_m);
+    errors
 }
 
 /// The noise that all stripes of a frame share.
