@@ -19,6 +19,7 @@ mod seam_bounds;
 mod shop_cells;
 mod sightings;
 mod stripes;
+mod two_sensors;
 mod violations;
 mod watch_table;
 mod weaves;
@@ -36,7 +37,7 @@ struct Study {
     run: fn(&[String]) -> Result<(), String>,
 }
 
-const STUDIES: [Study; 20] = [
+const STUDIES: [Study; 21] = [
     Study {
         name: "axis_cells",
         arguments: "[CELLS A COURSE] [FIRST SEED] [--cells]",
@@ -126,6 +127,12 @@ const STUDIES: [Study; 20] = [
         arguments: "[CELLS [FILTER | table]]",
         about: "Whole stripes against seam points: stated and true errors, coverage, bound, bent plates",
         run: stripes::run,
+    },
+    Study {
+        name: "two_sensors",
+        arguments: "[CELLS [FIRST SEED]]",
+        about: "The transform between two sensors of a robot that errs slowly, together and each by itself",
+        run: two_sensors::run,
     },
     Study {
         name: "violations",
