@@ -1,7 +1,7 @@
 //! Where one sensor is beside another on a robot that errs slowly: calibrated together, and each by itself.
 //!
-//! `cargo run --release -p trueline-studies -- two_sensors [CELLS [FIRST SEED]]` prints the RMS errors of the transform between them over the
-//! stated ±, and its normalised squared error (1 is honest).
+//! `cargo run --release -p trueline-studies -- two_sensors [CELLS [FIRST SEED]]` prints the RMS errors of the transform between them beside
+//! the stated ±, and the mean normalised square of its six numbers (1 is honest).
 #![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
 use crate::arguments::number;

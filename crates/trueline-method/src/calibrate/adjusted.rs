@@ -44,14 +44,14 @@ struct Adjusted {
 }
 
 impl Adjusted {
-    /// The answer with a part that moved. It is refused, and its rivals are of no interest.
+    /// The answer with a part that moved. It is refused, and its rivals stay open: they were not adjusted so.
     fn of_moved_part(from: &Concluded<'_>, answer: Answer) -> Self {
         Self {
             tried: vec![TriedLag::none(answer.comparable())],
             seam_error: seam_error(from, &answer),
-            with_axes: None,
-            is_open: vec![false; from.ambiguity.rivals.len()],
-            better: None,
+            with_axes: with_axes(from, &answer),
+            is_open: vec![true; from.ambiguity.rivals.len()],
+            better: from.better.clone(),
             answer,
         }
     }

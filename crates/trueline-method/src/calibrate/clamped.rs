@@ -28,7 +28,7 @@ const DECISIVE: f64 = 50.0;
 /// Total noise beside the moves, in units of the expected noise, above which another mistake is in the data.
 const EXPLAINED: f64 = 6.0;
 
-/// The passes of a scan whose residuals are more than noise. `None` if they are noise, of one pass, of several seams, and if passes cannot be told.
+/// The passes of a scan whose residuals are more than noise. `None` if they are noise, of one pass, of several seams, and if no passes are found.
 #[must_use]
 pub(crate) fn passes_in_doubt(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Option<Clamped> {
     let fit = &from.assessed.drift_free.fit;

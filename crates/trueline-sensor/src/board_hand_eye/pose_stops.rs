@@ -15,7 +15,7 @@ use trueline_lsq::{Information, LeastSquares, NormalEquations};
 /// A direction is not seen below this part of the best seen one.
 const SEEN: f64 = 1e-7;
 
-/// What sightings at stops show.
+/// The answer of sightings at stops.
 #[derive(Clone, Debug)]
 pub struct FitAtStops {
     /// The answer.
