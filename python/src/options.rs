@@ -173,7 +173,7 @@ fn seam_cad(file: Option<&Path>, tolerance_mm: Option<f64>) -> Result<Option<Sea
     }
 }
 
-/// Scatter of the part's place between passes over a curve: of the shift in mm, of the turn in degrees.
+/// Scatter of the part's place between passes over its seam: of the shift in mm, of the turn in degrees.
 fn part_moves(scatter: Option<[f64; 2]>) -> Result<Option<PartMoves>, Failure> {
     let Some([shift_mm, turn_deg]) = scatter else { return Ok(None) };
     let shift_mm = positive("part_moves", Some(shift_mm))?.unwrap_or_default();

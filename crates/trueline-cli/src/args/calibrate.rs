@@ -109,7 +109,7 @@ pub(crate) struct CalibrateArgs {
     /// Deviation of the seam from that drawing, one sigma in each direction, for each 5 mm of seam, mm
     #[arg(long, value_name = "MM", default_value_t = CAD_TOLERANCE_MM, value_parser = above_zero, requires = "seam_cad")]
     pub(crate) cad_tolerance_mm: f64,
-    /// Scatter of the part's place, if it was clamped again between passes over a curve: one sigma of the shift along each axis, mm, and of
+    /// Scatter of the part's place, if it was clamped again between passes over its seam: one sigma of the shift along each axis, mm, and of
     /// the turn about it, degrees [default of the turn: 0.1]
     #[arg(long, value_name = "MM[,DEG]", value_parser = part_moves)]
     pub(crate) part_moves: Option<PartMoves>,

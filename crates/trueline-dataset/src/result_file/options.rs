@@ -28,7 +28,7 @@ pub struct Options {
     /// How far the seam might be off it, one standard deviation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cad_tolerance_mm: Option<f64>,
-    /// Scatter of the part's place between passes over a curve; absent if it stays.
+    /// Scatter of the part's place between passes over its seam; absent if it stays.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part_moves: Option<PartMovesOptions>,
     /// Expected noise of a feature where the recording does not say.

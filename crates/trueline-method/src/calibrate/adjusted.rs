@@ -12,7 +12,7 @@ use crate::calibrate::answered::{Answered, beside_cause, with_sensor};
 use crate::calibrate::basins::{Basin, beside_rivals, likelier};
 use crate::calibrate::clamped::{clamped_again, passes_in_doubt};
 use crate::calibrate::concluded::Concluded;
-use crate::calibrate::lagging::lagging;
+use crate::calibrate::lagging::{Lagging, lagging};
 use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
 use crate::findings::Findings;
 use crate::hypotheses::search::{BetterMinimum, Mirrored};
@@ -127,7 +127,7 @@ fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Result<Option<Ad
     let best = best.ok_or(Unsolved)?;
     let Basin { answer, is_open, better } = beside_rivals(from, problem, &settings, best);
     let better = likelier(from, problem, &settings, &answer).or(better);
-    let (answer, tried) = lagging(from, &settings, answer);
+    let Lagging { answer, settings, tried } = lagging(from, &settings, answer);
     if let Some(moved) = moving(&settings, &answer) {
         return Ok(Some(moved));
     }

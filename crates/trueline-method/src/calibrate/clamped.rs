@@ -10,7 +10,7 @@ use crate::calibrate::concluded::Concluded;
 use crate::config::PartMoves;
 use crate::curve::passes::Passes;
 use crate::input::observations::Observation;
-use crate::order_statistics::quantile;
+use crate::order_statistics::median;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::Vector3;
@@ -21,8 +21,6 @@ const NOISE: f64 = 1.2;
 const MOST_PASSES: usize = 8;
 /// Readings that a pass needs on average.
 const READINGS_PER_PASS: usize = 30;
-/// Fraction of the readings that may lie beyond each end of the seam, as outliers.
-const BEYOND: f64 = 0.002;
 /// Minimum gain in twice the log likelihood: that of 10 σ in one unknown. In two of 55 rough shops all errors together gain 50 to 100.
 const DECISIVE: f64 = 100.0;
 /// Total noise beside the moves, in units of the expected noise, above which another mistake is in the data.
@@ -61,15 +59,19 @@ pub(crate) fn clamped_again(
 /// The passes over a seam: they end where the sensor turns back.
 fn passes(problem: &LineProblem<'_>, at: &Parameters) -> Option<Clamped> {
     let [seam] = at.lines.as_slice() else { return None };
+    // A point that moves with the sensor turns where the sensor does. Outliers among the readings make no pass.
+    let coordinate = |k: usize| median(problem.list.iter().map(|o| o.point_in_camera[k]));
+    let point_in_camera = Vector3::new(coordinate(0)?, coordinate(1)?, coordinate(2)?);
     let place = |o: &Observation| {
-        let point = problem.placement(o, at)?.point_in_base(&o.point_in_camera);
+        let point = problem.placement(o, at)?.point_in_base(&point_in_camera);
         Some((o.stamp_s, seam.direction().dot(&(point - seam.anchor()))))
     };
     let mut placed: Vec<(f64, f64)> = problem.list.iter().filter_map(place).collect();
     placed.sort_by(|a, b| a.0.total_cmp(&b.0));
     let along_m: Vec<f64> = placed.iter().map(|(_, along_m)| *along_m).collect();
-    let [from_m, to_m] = [BEYOND, 1.0 - BEYOND].map(|part| quantile(along_m.iter().copied(), part));
-    let (from_m, to_m) = (from_m?, to_m?);
+    let (from_m, to_m) = along_m
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(from_m, to_m), &m| (from_m.min(m), to_m.max(m)));
     let of = Passes::of(&along_m, to_m - from_m, false).of;
     let ends = of.windows(2).zip(placed.windows(2)).filter(|(passes, _)| passes[0] < passes[1]);
     let ends_s: Vec<f64> = ends.map(|(_, two)| 0.5 * (two[0].0 + two[1].0)).collect();

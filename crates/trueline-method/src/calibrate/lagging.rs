@@ -31,6 +31,16 @@ const JOINT_GAIN: f64 = 10.0;
 /// Total noise, in units of the expected noise, above which the joints' own lags are tried.
 const UNEXPLAINED: f64 = 2.0;
 
+/// The likeliest lag of the robot.
+pub(crate) struct Lagging<'a> {
+    /// The answer with it.
+    pub answer: Answer,
+    /// Settings of the answer, without a lag of all joints.
+    pub settings: Settings<'a>,
+    /// The lags that were tried. The first is the answer's.
+    pub tried: Vec<TriedLag>,
+}
+
 /// The model of an answer.
 fn tried(answer: &Answer) -> TriedLag {
     let Amplitudes { lag_s, joint_lags_m, .. } = answer.amplitudes;
@@ -39,11 +49,7 @@ fn tried(answer: &Answer) -> TriedLag {
 
 /// Adjusts with the robot lagging behind its recorded poses, in case these are commanded poses. The time offset stays relative to the recorded poses
 /// and includes the delay. It therefore places a measurement by poses as they will be recorded.
-pub(crate) fn lagging(
-    from: &Concluded<'_>,
-    settings: &Settings<'_>,
-    as_recorded: Answer,
-) -> (Answer, Vec<TriedLag>) {
+pub(crate) fn lagging<'a>(from: &Concluded<'_>, settings: &Settings<'a>, as_recorded: Answer) -> Lagging<'a> {
     let mut models = vec![tried(&as_recorded)];
     let joints = with_joint_lags(from, settings, &as_recorded);
     models.extend(joints.as_ref().map(tried));
@@ -55,7 +61,7 @@ pub(crate) fn lagging(
     let answer = with_mean_lag(from, &settings, begun, &mut models);
     let taken = tried(&answer);
     models.sort_by_key(|model| !model.is_of(&taken));
-    (answer, models)
+    Lagging { answer, settings, tried: models }
 }
 
 /// The same scan with a lag of its own for each joint. `None` if the noise leaves nothing to explain.

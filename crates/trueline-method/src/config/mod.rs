@@ -272,7 +272,7 @@ pub struct Config {
     pub drawn_lines: Vec<DrawnLine>,
     /// A drawing of a curved seam.
     pub seam_cad: Option<SeamCad>,
-    /// Scatter of the part's place between the passes over a curve; `None` if it stays.
+    /// Scatter of the part's place between the passes over its seam; `None` if it stays.
     pub part_moves: Option<PartMoves>,
     /// Expected standard deviation of a feature, px, if the recording does not state it; `None` is [`USUAL_FEATURE_SIGMA_PX`].
     pub feature_sigma_px: Option<f64>,

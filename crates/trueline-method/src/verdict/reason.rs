@@ -67,7 +67,7 @@ pub enum Reason {
         /// Its length before, m.
         before_m: f64,
     },
-    /// The passes over a curve see it at different places: the part moved between them.
+    /// The passes over a seam see it at different places: the part moved between them.
     PartMoved {
         /// Largest distance from its place in the first pass, m.
         shift_m: f64,
