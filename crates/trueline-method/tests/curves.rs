@@ -59,3 +59,21 @@ fn options_unused_on_a_curve_are_refused_or_reported() {
     let named = |warning: &Warning| *warning == Warning::UnusedOnCurve { options: vec!["--loss"] };
     assert!(answer.warnings().iter().any(named), "{:?}", answer.warnings());
 }
+
+/// In this scan the first orders of the readings are open, and a curve through them runs away where no reading holds it.
+#[test]
+fn a_closed_curve_whose_first_order_is_open_does_not_run_away() {
+    let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Pipe), 80);
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let config = Config { robot_accuracy_m: Some(0.0), threads: 2, ..Config::default() };
+    let answer = calibrate(&recording, None, &config).unwrap();
+    let curve = answer.findings.curve.as_ref().unwrap();
+    // A circle of 50 mm radius. Errors of 0.1 mm in the radius are 0.2 %.
+    assert!(
+        curve.closed && (curve.length_m / (0.1 * std::f64::consts::PI) - 1.0).abs() < 2e-3,
+        "{}",
+        curve.length_m
+    );
+    let off = answer.best_fit().time_offset_s - truth.time_offset_s;
+    assert!(off.abs() < 4.0 * answer.sigma(0).unwrap(), "{off}");
+}

@@ -162,8 +162,7 @@ fn forty_percent_outliers_and_ten_percent_drops() {
     assert!((0.34..0.46).contains(&share), "{share}");
 }
 
-/// With this many outliers most differences of neighbours contain one. So the noise is not estimated from these differences
-/// alone, and the reason is the true one.
+/// With this many outliers most differences of neighbours contain one. So the noise is not estimated from these differences alone.
 #[test]
 fn forty_percent_outliers_are_not_taken_for_noise() {
     let mut scenario = Preset::Good.scenario();
@@ -173,8 +172,7 @@ fn forty_percent_outliers_are_not_taken_for_noise() {
     let calibration = calibrate(&recording, None, &config).unwrap();
     assert!(calibration.findings.fit.amplitudes.is_some());
     let codes: Vec<&str> = calibration.reasons().iter().map(|reason| reason.code()).collect();
-    assert_eq!(codes, ["too-many-outliers"]);
-    // The sensor is correct nevertheless.
+    assert!(codes.is_empty(), "{codes:?}");
     let sigmas = calibration.findings.checks.seam_error.unwrap().rms_m;
     let truth = recording.truth.as_ref().unwrap().parameters.tool_from_camera;
     let off = calibration.best_fit().tool_from_camera.translation.vector - truth.translation.vector;

@@ -13,7 +13,7 @@ use crate::adjustment::frames::{Frame, Scan, places};
 use crate::adjustment::neighbours::Neighbours;
 use crate::adjustment::noise_search::{Given, Reach, about, likeliest};
 use crate::adjustment::table::Table;
-use crate::adjustment::weights::weights;
+use crate::adjustment::weights::{Weights, weights};
 use crate::assess::tilt_bias::TiltBias;
 use crate::input::shape_prior::ShapePrior;
 use crate::order_statistics::median;
@@ -56,8 +56,8 @@ pub(crate) struct Adjustment<'a> {
     pub noise: [Coloured; 2],
     /// The noise of a similar model of the same scan. The search starts there. `None` for a search over all.
     pub known_noise: Option<[Coloured; 2]>,
-    /// The weight of each frame.
-    pub weights: Vec<f64>,
+    /// The weights of the frames.
+    pub weights: Weights,
     /// Threads that share the work.
     pub threads: usize,
 }
@@ -150,7 +150,7 @@ impl Adjustment<'_> {
             _ => return,
         };
         let (prior, sigmas, threads) = (self.prior(), self.sigmas, self.threads);
-        let given = Given { table, weights: &self.weights, sigmas, prior: &prior, threads };
+        let given = Given { table, weights: &self.weights.of, sigmas, prior: &prior, threads };
         self.noise = likeliest(&given, self.noise, reach);
     }
 
@@ -182,7 +182,7 @@ impl Adjustment<'_> {
     /// The rows of both directions, whitened.
     pub(super) fn whitened(&self, table: &Table) -> Vec<Whitened> {
         parallel::map(self.threads, 2, |direction| {
-            table.whitened(direction, &self.weights, self.noise[direction])
+            table.whitened(direction, &self.weights.of, self.noise[direction])
         })
     }
 

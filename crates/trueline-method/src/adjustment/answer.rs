@@ -10,6 +10,7 @@ use crate::adjustment::columns::{Columns, Considered};
 use crate::adjustment::error_sizes::Amplitudes;
 use crate::adjustment::form::Hats;
 use crate::adjustment::frames::{Frame, Scan};
+use crate::adjustment::weights::Weights;
 use crate::assess::levels::SystematicLevels;
 use crate::assess::outliers::Outliers;
 use crate::assess::robot_field::{OfRobot, RobotField};
@@ -157,7 +158,7 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
         sigmas: [1.0; 2],
         noise: [Coloured::NONE; 2],
         known_noise: settings.noise,
-        weights: Vec::new(),
+        weights: Weights::default(),
         threads: settings.threads,
     };
     let adjusted = adjustment.run()?;
@@ -306,7 +307,7 @@ fn answer(
 fn stamps(adjustment: &Adjustment<'_>) -> Vec<(f64, bool)> {
     let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
     let of = |(frame, weight): (&Option<Frame>, &f64)| Some((frame.as_ref()?.stamp_s, *weight == 0.0));
-    frames.iter().zip(&adjustment.weights).filter_map(of).collect()
+    frames.iter().zip(&adjustment.weights.of).filter_map(of).collect()
 }
 
 /// Contributions of the priors of bows and shape to the covariance.
@@ -374,7 +375,7 @@ fn step(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Option<(f64, f64)> 
 fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitudes {
     let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
     let (mut form, mut robot, mut joints, mut count) = (0.0, 0.0, 0.0, 0.0);
-    for (frame, weight) in frames.iter().zip(&adjustment.weights) {
+    for (frame, weight) in frames.iter().zip(&adjustment.weights.of) {
         let Some(frame) = frame.as_ref().filter(|_| *weight > 0.0) else { continue };
         count += 1.0;
         let mut off = [0.0; 2];
@@ -397,7 +398,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
     let is_robot = |kind: &Kind| matches!(kind, Kind::Robot(_));
     // A seam that is stated to be nearly straight may still have the usual waviness.
     let of_usual = (settings.waviness_m / ASSUMED_WAVINESS_M).min(1.0);
-    let there = || frames.iter().zip(&adjustment.weights).filter(|(frame, _)| frame.is_some());
+    let there = || frames.iter().zip(&adjustment.weights.of).filter(|(frame, _)| frame.is_some());
     let out = there().filter(|(_, weight)| **weight == 0.0).count();
     Amplitudes {
         white: adjustment.sigmas.map(|sigma| sigma * settings.noise_factor),
@@ -413,5 +414,6 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
         lag_s: blocks.iter().find_map(|block| block.lag_s()).unwrap_or(0.0),
         joint_lags_m: (settings.joint_lags_s > 0.0).then(|| (joints / f64::max(count, 1.0)).sqrt()),
         out: Outliers { count: out, of: there().count() },
+        outliers: adjustment.weights.outliers,
     }
 }

@@ -32,6 +32,8 @@ pub struct Amplitudes {
     pub step_s: Option<(f64, f64)>,
     /// Frames that were left out, among those used.
     pub out: Outliers,
+    /// Frames that deviate themselves. A frame between two of them is left out too.
+    pub outliers: Outliers,
 }
 
 /// Least size of a significant step, standard deviations.

@@ -6,6 +6,7 @@ use crate::adjustment::coloured::Coloured;
 use crate::adjustment::columns::Columns;
 use crate::adjustment::frames::Scan;
 use crate::adjustment::table::Table;
+use crate::adjustment::weights::Weights;
 use crate::assess::tilt_bias::TiltBias;
 use crate::config::{Config, ResidualKind};
 use crate::input::noise_levels::NoiseLevels;
@@ -92,7 +93,7 @@ fn a_valley_is_as_wide_and_bends_as_solutions_beside_it_say() {
         sigmas: [1.0; 2],
         noise: [Coloured::NONE; 2],
         known_noise: None,
-        weights: vec![1.0; count],
+        weights: Weights { of: vec![1.0; count], ..Weights::default() },
         threads: 1,
     };
     let frames = adjustment.scan.frames(&at, &adjustment.tilt);

@@ -1,5 +1,7 @@
 //! Weights of the frames.
 
+use crate::assess::outliers::Outliers;
+
 /// Residuals beyond this are down-weighted, in standard deviations \[Huber1964\].
 const HUBER: f64 = 2.5;
 /// Maximum fraction of frames left out.
@@ -14,9 +16,18 @@ pub(crate) struct Off {
     pub sigmas: Option<f64>,
 }
 
-/// The weight of each frame. It is 0 beyond `cut` standard deviations, and between two such frames.
+/// Weights of the frames.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Weights {
+    /// The weight of each frame.
+    pub of: Vec<f64>,
+    /// Frames beyond the cut by themselves, among those evaluated.
+    pub outliers: Outliers,
+}
+
+/// The weight of each frame. It is 0 beyond `cut` standard deviations, and between two such frames: what disturbs both disturbs it too.
 #[must_use]
-pub(crate) fn weights(frames: &[Off], cut: f64) -> Vec<f64> {
+pub(crate) fn weights(frames: &[Off], cut: f64) -> Weights {
     let mut known: Vec<f64> = frames.iter().filter_map(|frame| frame.sigmas).collect();
     known.sort_by(f64::total_cmp);
     let most = known.get(((1.0 - MOST_OUT) * known.len() as f64) as usize).copied().unwrap_or(cut);
@@ -29,13 +40,14 @@ pub(crate) fn weights(frames: &[Off], cut: f64) -> Vec<f64> {
         })
         .collect();
     let is_out: Vec<bool> = weights.iter().map(|weight| *weight == 0.0).collect();
+    let beyond = known.iter().filter(|sigmas| **sigmas > cut).count();
     for k in 1..frames.len().saturating_sub(1) {
         let alike = frames[k - 1].line == frames[k].line && frames[k + 1].line == frames[k].line;
         if alike && is_out[k - 1] && is_out[k + 1] {
             weights[k] = 0.0;
         }
     }
-    weights
+    Weights { of: weights, outliers: Outliers { count: beyond, of: known.len() } }
 }
 
 #[cfg(test)]
@@ -47,17 +59,20 @@ mod tests {
         let frames: Vec<Off> = [0.5, 2.0, 9.0, 1.0, 9.0, 5.0, 1.0, 1.0, 1.0]
             .map(|sigmas| Off { line: 0, sigmas: Some(sigmas) })
             .into();
-        assert_eq!(weights(&frames, 5.5), [1.0, 1.0, 0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]);
+        let found = weights(&frames, 5.5);
+        assert_eq!(found.of, [1.0, 1.0, 0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]);
+        // It is no outlier itself.
+        assert_eq!(found.outliers, Outliers { count: 2, of: 9 });
         // Another line's neighbours have no information.
         let mut apart = frames;
         apart[4].line = 1;
-        assert_eq!(weights(&apart, 5.5)[3], 1.0);
+        assert_eq!(weights(&apart, 5.5).of[3], 1.0);
     }
 
     #[test]
     fn most_frames_are_kept_however_far_off_they_are() {
         let frames: Vec<Off> = (0..100).map(|k| Off { line: 0, sigmas: Some(f64::from(k)) }).collect();
-        let out = weights(&frames, 4.0).iter().filter(|weight| **weight == 0.0).count();
+        let out = weights(&frames, 4.0).of.iter().filter(|weight| **weight == 0.0).count();
         assert!((40..=45).contains(&out), "{out}");
     }
 }

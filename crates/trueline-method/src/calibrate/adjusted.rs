@@ -23,6 +23,7 @@ use crate::models::{TriedLag, of_adjustment};
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::fit::Fit;
+use crate::verdict::stepped_stretch;
 use std::collections::BTreeMap;
 use trueline_dataset::Recording;
 use trueline_lsq::Termination;
@@ -179,7 +180,8 @@ fn seam_error(from: &Concluded<'_>, answer: &Answer) -> Option<SeamError> {
 
 /// Takes the answer of the seam points as it is adjusted with all errors: residuals, checks and ± are its own.
 pub(crate) fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut Findings) {
-    if findings.fit.residuals.used == 0 {
+    // No error of a shop is like another time offset in a large part of the scan.
+    if findings.fit.residuals.used == 0 || stepped_stretch::is_shown(findings) {
         return;
     }
     let adjusted = match adjusted(from, problem) {

@@ -52,7 +52,16 @@ impl Rough {
     /// Whether it needs no other candidate beside it: passes that repeat themselves agree by no chance.
     #[must_use]
     pub(crate) fn is_settled(&self) -> bool {
-        self.is_good() && !self.is_one_pass
+        self.is_good() && !self.is_one_pass && self.is_kept()
+    }
+
+    /// Whether the fit kept the length of its start. An open curve through places of a closed one may run away where no reading holds it, and
+    /// its knots are then too far apart for the rest.
+    #[must_use]
+    pub(crate) fn is_kept(&self) -> bool {
+        /// A start cuts the corners of its curve: of a pipe that is half of it.
+        const GROWN: f64 = 1.75;
+        self.fitted.state.spline.length_m() < GROWN * self.first.spline.length_m()
     }
 
     /// Whether its curve is longer than another by more than errors of the answer change a length.
@@ -62,13 +71,19 @@ impl Rough {
         self.fitted.state.spline.length_m() > LONGER * length_m
     }
 
-    /// Whether it is better than another. Among good ones that is one with repeated passes, if it explains as much: the freedom of
-    /// one long pass explains a few outliers more.
+    /// Whether it is better than another. Among good ones that is one that kept its length, and then one with repeated passes, if it explains
+    /// as much: the freedom of one long pass explains a few outliers more.
     #[must_use]
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {
         const A_FEW: f64 = 0.05;
         if self.is_good() && other.is_good() {
-            return !self.is_one_pass && other.is_one_pass && self.within > other.within - A_FEW;
+            if self.is_kept() != other.is_kept() {
+                return self.is_kept();
+            }
+            if self.is_one_pass != other.is_one_pass {
+                return other.is_one_pass && self.within > other.within - A_FEW;
+            }
+            return self.within > other.within + A_FEW;
         }
         self.within > other.within
     }

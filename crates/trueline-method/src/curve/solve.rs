@@ -78,7 +78,7 @@ impl Search<'_> {
             best = self.first_good(&readings, &candidates, best);
         }
         for breadth in SEARCHES {
-            if best.as_ref().is_some_and(Rough::is_good) {
+            if best.as_ref().is_some_and(|best| best.is_good() && best.is_kept()) {
                 break;
             }
             let starts = everywhere(self.within_s, breadth.attitudes);
@@ -103,9 +103,10 @@ impl Search<'_> {
                 if best.as_ref().is_none_or(|best| answer.is_better_than(best)) {
                     best = Some(answer);
                 }
-            }
-            if best.as_ref().is_some_and(Rough::is_settled) {
-                break;
+                // The rest of a chunk counts no more than with one thread.
+                if best.as_ref().is_some_and(Rough::is_settled) {
+                    return best;
+                }
             }
         }
         best

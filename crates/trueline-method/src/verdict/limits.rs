@@ -18,8 +18,6 @@ pub(super) const MANY_MISSING: f64 = 0.1;
 pub(super) const COARSE_STAMPS: f64 = 0.1;
 /// Fraction of outliers above which the inliers are no majority.
 pub(super) const OUTLIERS: f64 = 0.5;
-/// Fraction left out of an adjustment above which the rest may agree by chance.
-pub(super) const MOST_LEFT_OUT: f64 = 0.35;
 /// Fraction of readings off a curve above which it may be the wrong curve. Wrong curves reach 46 %.
 pub(super) const MOST_OFF_CURVE: f64 = 0.4;
 /// Fraction of outliers that gives a warning.

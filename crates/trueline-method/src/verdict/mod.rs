@@ -8,7 +8,7 @@ mod reason;
 mod reason_words;
 mod reject;
 mod sensor_words;
-mod stepped_stretch;
+pub(crate) mod stepped_stretch;
 mod stream_name;
 mod warn;
 mod warning;

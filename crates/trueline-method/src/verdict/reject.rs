@@ -1,8 +1,7 @@
 //! The criteria for acceptance.
 
 use super::limits::{
-    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_LEFT_OUT, MOST_NOISE_FACTOR,
-    MOST_OFF_CURVE, OUTLIERS,
+    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_NOISE_FACTOR, MOST_OFF_CURVE, OUTLIERS,
 };
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
@@ -148,8 +147,8 @@ const LEAST_NOISE: f64 = 0.05;
 fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
     let of_data = if residuals_are_too_large(f) {
         Some(too_large(f))
-    } else if amplitudes.out.share() > MOST_LEFT_OUT {
-        Some(Reason::TooManyOutliers { outliers: amplitudes.out })
+    } else if !amplitudes.outliers.leave_a_majority() {
+        Some(Reason::TooManyOutliers { outliers: amplitudes.outliers })
     } else if mistake::most_are_outliers(f) && amplitudes.noise_times() > LEAST_NOISE {
         Some(Reason::TooManyOutliers { outliers: f.outliers() })
     } else {

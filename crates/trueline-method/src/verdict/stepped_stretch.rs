@@ -35,6 +35,12 @@ pub(super) fn instead_of_its_effects(f: &Findings, reasons: Vec<Reason>) -> Vec<
     }
 }
 
+/// Whether another time offset holds in a long stretch.
+#[must_use]
+pub(crate) fn is_shown(f: &Findings) -> bool {
+    stretch(f).is_some()
+}
+
 /// The longest stretch in which another time offset holds.
 fn stretch(f: &Findings) -> Option<Reason> {
     let least = LEAST_PART * f.fit.residuals.used as f64;
