@@ -30,6 +30,8 @@ pub(crate) struct Weights {
 pub(crate) fn weights(frames: &[Off], cut: f64) -> Weights {
     let mut known: Vec<f64> = frames.iter().filter_map(|frame| frame.sigmas).collect();
     known.sort_by(f64::total_cmp);
+    // More are beyond it than may be left out, if most frames are outliers.
+    let beyond = known.iter().filter(|sigmas| **sigmas > cut).count();
     let most = known.get(((1.0 - MOST_OUT) * known.len() as f64) as usize).copied().unwrap_or(cut);
     let cut = cut.max(most);
     let mut weights: Vec<f64> = frames
@@ -40,7 +42,6 @@ pub(crate) fn weights(frames: &[Off], cut: f64) -> Weights {
         })
         .collect();
     let is_out: Vec<bool> = weights.iter().map(|weight| *weight == 0.0).collect();
-    let beyond = known.iter().filter(|sigmas| **sigmas > cut).count();
     for k in 1..frames.len().saturating_sub(1) {
         let alike = frames[k - 1].line == frames[k].line && frames[k + 1].line == frames[k].line;
         if alike && is_out[k - 1] && is_out[k + 1] {
@@ -72,7 +73,10 @@ mod tests {
     #[test]
     fn most_frames_are_kept_however_far_off_they_are() {
         let frames: Vec<Off> = (0..100).map(|k| Off { line: 0, sigmas: Some(f64::from(k)) }).collect();
-        let out = weights(&frames, 4.0).of.iter().filter(|weight| **weight == 0.0).count();
+        let found = weights(&frames, 4.0);
+        let out = found.of.iter().filter(|weight| **weight == 0.0).count();
         assert!((40..=45).contains(&out), "{out}");
+        // All beyond 4 are outliers nevertheless.
+        assert_eq!(found.outliers, Outliers { count: 95, of: 100 });
     }
 }
