@@ -1,6 +1,6 @@
 //! What identical welded parts show together: one common program, each part at its own place in the fixture.
 
-use super::information::{PLACE, Plates, SHARED, bounds, information, known, left};
+use super::information::{Light, PLACE, Plates, SHARED, bounds, information, known, left};
 use super::seam::{Motion, Seam};
 use nalgebra::{DMatrix, Isometry3, UnitQuaternion, Vector3};
 use trueline_sim::curves::CurveKind;
@@ -150,7 +150,7 @@ pub(super) fn print() {
     for case in cases() {
         let motions: Vec<Motion> =
             case.welds.iter().enumerate().map(|(k, weld)| motion(k, weld, &case)).collect();
-        let part = information(&motions, Plates::Unseen);
+        let part = information(&motions, Plates::Unseen, Light::Point);
         let of = |form| PARTS.map(|parts| of_parts(&part, parts, form));
         let [unknown, drawn, exact] = [Form::Unknown, Form::Drawn, Form::Exact].map(of);
         let seam = |found: [[f64; 2]; 3], design| row(found.map(|both| both[1]), design, SHOWN_M);

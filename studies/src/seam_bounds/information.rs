@@ -1,7 +1,7 @@
 //! Information of a scan on all unknowns, by differences at the truth.
 
 use super::seam::{Motion, Off, in_tool};
-use nalgebra::{DMatrix, SMatrix, Vector3, Vector4};
+use nalgebra::{DMatrix, Matrix2, Matrix4, RowVector2, SMatrix, Vector2, Vector3, Vector4};
 use trueline_geometry::so3;
 
 /// Clock and hand-eye transform.
@@ -10,8 +10,6 @@ pub(super) const SHARED: usize = 7;
 pub(super) const PLACE: usize = 6;
 /// Noise of a seam point with the robot's, m.
 const POINT_M: f64 = 0.0447e-3;
-/// Noise of the angle of a line through 40 points of 0.04 mm over 10 mm, rad: σ √12 / (L √40).
-const ANGLE_RAD: f64 = 2.19e-3;
 /// Steps of differences: s, rad, m.
 const STEPS: [f64; 3] = [1e-5, 1e-5, 1e-6];
 /// Information on a control point that is known beforehand, 1/m²: 1 m.
@@ -25,6 +23,58 @@ pub(super) enum Plates {
     Free,
     /// Each has one angle along the whole seam.
     Constant,
+}
+
+/// Light that a frame measures.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Light {
+    /// A seam point with noise of its own.
+    Point,
+    /// Two lines; the seam point is where they meet.
+    Lines,
+}
+
+/// Points of a line, their noise, m, and distances of its ends from the seam, m.
+const LINE_POINTS: f64 = 40.0;
+const LINE_POINT_M: f64 = 0.04e-3;
+const LINE_M: [f64; 2] = [1e-3, 11e-3];
+/// Noise of the robot, m.
+const ROBOT_M: f64 = 0.02e-3;
+
+impl Light {
+    /// Information of a frame on the seam point and the angles of both lines, by the directions of the lines in the sheet.
+    fn weights(self, outward: &[Vector2<f64>; 2], plates: Plates) -> Matrix4<f64> {
+        let covariance = self.covariance(outward);
+        let mut weights = Matrix4::zeros();
+        if plates == Plates::Unseen {
+            let of_point = covariance.fixed_view::<2, 2>(0, 0).try_inverse().unwrap_or_default();
+            weights.fixed_view_mut::<2, 2>(0, 0).copy_from(&of_point);
+            return weights;
+        }
+        covariance.try_inverse().unwrap_or_default()
+    }
+
+    fn covariance(self, outward: &[Vector2<f64>; 2]) -> Matrix4<f64> {
+        let mean_m2 = LINE_POINT_M.powi(2) / LINE_POINTS;
+        let (middle_m, spread_m2) = ((LINE_M[0] + LINE_M[1]) / 2.0, (LINE_M[1] - LINE_M[0]).powi(2) / 12.0);
+        let angle = mean_m2 / spread_m2;
+        if self == Self::Point {
+            return Matrix4::from_diagonal(&Vector4::new(POINT_M.powi(2), POINT_M.powi(2), angle, angle));
+        }
+        // Distance of the line from the seam point, square to it, and its angle.
+        let (at_seam, mixed) = (mean_m2 + middle_m.powi(2) * angle, -middle_m * angle);
+        let normals = outward.map(|along| RowVector2::new(-along.y, along.x));
+        let point_by_distance = Matrix2::from_rows(&normals).try_inverse().unwrap_or_default();
+        let mut covariance = Matrix4::zeros();
+        let of_point = point_by_distance * at_seam * point_by_distance.transpose();
+        covariance
+            .fixed_view_mut::<2, 2>(0, 0)
+            .copy_from(&(of_point + Matrix2::identity() * ROBOT_M.powi(2)));
+        covariance.fixed_view_mut::<2, 2>(0, 2).copy_from(&(point_by_distance * mixed));
+        covariance.fixed_view_mut::<2, 2>(2, 0).copy_from(&(point_by_distance.transpose() * mixed));
+        covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(&(Matrix2::identity() * angle));
+        covariance
+    }
 }
 
 /// Unknowns: clock and hand-eye transform, place of the part, curves, plates.
@@ -106,18 +156,16 @@ fn columns(
 }
 
 /// Information of one part with these seams.
-pub(super) fn information(motions: &[Motion], plates: Plates) -> DMatrix<f64> {
+pub(super) fn information(motions: &[Motion], plates: Plates, light: Light) -> DMatrix<f64> {
     let layout = Layout::of(motions, plates);
     let mut sum = DMatrix::zeros(layout.size, layout.size);
     let middle = middle(motions);
-    let mut weights = Vector4::repeat(POINT_M.powi(-2));
-    let of_angle = if plates == Plates::Unseen { 0.0 } else { ANGLE_RAD.powi(-2) };
-    weights.fixed_rows_mut::<2>(2).fill(of_angle);
     for (number, motion) in motions.iter().enumerate() {
         for time_s in motion.times_s() {
             let found = columns((motion, time_s), &middle, (&layout, number, plates));
+            let weights = light.weights(&motion.outward(time_s, &middle), plates);
             for (i, one) in &found {
-                let weighted = one.component_mul(&weights);
+                let weighted = weights * one;
                 for (j, other) in &found {
                     sum[(*i, *j)] += weighted.dot(other);
                 }

@@ -1,6 +1,6 @@
 //! A seam, a sensor that moves over it, and what it measures there as a function of all unknowns.
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector4};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3, Vector4};
 use std::f64::consts::{PI, TAU};
 use trueline_geometry::so3;
 use trueline_sim::curves::CurveKind;
@@ -178,6 +178,17 @@ impl Motion {
         let torch = seam + y * TORCH_M[0] - z * TORCH_M[1];
         let turned = nominal * turn;
         Isometry3::from_parts((torch + turned * (nominal.inverse() * (place - torch))).into(), turned)
+    }
+
+    /// Directions of the two plates' lines in the sheet, away from the seam.
+    pub(super) fn outward(&self, time_s: f64, middle: &Vector3<f64>) -> [Vector2<f64>; 2] {
+        let seen = self.seen(time_s, middle, &Off::default());
+        let sensor_from_base = (self.base_from_sensor(time_s)).inverse();
+        let [_, up, aside] = self.seam.frame(self.along_m(time_s)).map(|axis| sensor_from_base * axis);
+        [(seen[2], aside), (seen[3], up)].map(|(angle, plate): (f64, Vector3<f64>)| {
+            let along = Vector2::new(angle.cos(), angle.sin());
+            along * along.dot(&plate.xz()).signum()
+        })
     }
 
     /// Seam point in the sheet, m, and the angles of the two plates' lines in it, rad.

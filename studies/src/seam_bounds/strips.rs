@@ -1,6 +1,6 @@
 //! Support points of the two plates beside a curved seam, as ruled strips: what would they add to the seam points?
 
-use super::information::{PLACE, Plates, SHARED, bounds, information, known, left};
+use super::information::{Light, PLACE, Plates, SHARED, bounds, information, known, left};
 use super::seam::{Motion, Seam};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use trueline_sim::curves::CurveKind;
@@ -24,6 +24,20 @@ fn scan(kind: CurveKind, larger: f64, tilt_deg: f64) -> Motion {
 const HELD: f64 = 1e-9;
 
 pub(super) fn print() {
+    for light in [Light::Point, Light::Lines] {
+        table(light);
+        println!();
+    }
+}
+
+fn table(light: Light) {
+    println!(
+        "{}\n",
+        match light {
+            Light::Point => "Seam points with noise of their own",
+            Light::Lines => "Seam points where the lines meet",
+        }
+    );
     println!(
         "| seam, tilts | time offset, seam points ms | with free strips | with constant angles | seam error, seam points mm | with free strips | with constant angles |"
     );
@@ -38,7 +52,7 @@ pub(super) fn print() {
         for (name, kind, larger) in kinds {
             let motion = [scan(kind, larger, tilt_deg)];
             let of = |plates| {
-                let mut all = information(&motion, plates);
+                let mut all = information(&motion, plates, light);
                 known(&mut all, SHARED..SHARED + PLACE, HELD);
                 bounds(&left(&all, SHARED))
             };
