@@ -5,7 +5,7 @@ use crate::config::known_of_cell::KnownOfCell;
 use crate::curve::arrow::SHARED;
 use crate::curve::clamped::moved_by_m;
 use crate::curve::considered::{Considered, Errors, of_shared};
-use crate::curve::equations::Known;
+use crate::curve::equations::{Known, sights, whiteners};
 use crate::curve::estimate::{CurveEstimate, estimate};
 use crate::curve::improved::{Improved, improved};
 use crate::curve::joint::Rough;
@@ -13,9 +13,10 @@ use crate::curve::order::{Obstacle, obstacle};
 use crate::curve::passes::Course;
 use crate::curve::readings::Readings;
 use crate::curve::rivals::{Rival, compared, find};
-use crate::curve::sight::in_base;
+use crate::curve::rows::Whitener;
 #[cfg(test)]
 use crate::curve::sight::step_between;
+use crate::curve::sight::{Sight, in_base};
 use crate::curve::solve::{DECISIVE, Finished, Search, finish, refined};
 use crate::curve::starts::{Candidate, offsets_s, sifted_by};
 use crate::problem::parameters::Parameters;
@@ -77,6 +78,19 @@ impl Answered {
     pub(crate) fn share_off(&self) -> f64 {
         let weights = &self.finished.fitted.weights;
         weights.iter().filter(|weight| **weight == 0.0).count() as f64 / weights.len().max(1) as f64
+    }
+
+    /// The seam points at the answer, with their whiteners, also where support points are used instead of them.
+    #[must_use]
+    pub(crate) fn seam_points(&self, readings: &Readings) -> (Vec<Option<Sight>>, Vec<Whitener>) {
+        let fitted = &self.finished.fitted;
+        if fitted.state.plates.is_none() {
+            return (fitted.sights.clone(), fitted.whiteners.clone());
+        }
+        let sights = sights(readings, &fitted.state);
+        let factor = self.finished.factor / self.finished.variance.sqrt();
+        let whiteners = whiteners(readings, &sights).into_iter().map(|whitener| whitener / factor).collect();
+        (sights, whiteners)
     }
 
     /// Clock and hand-eye transform.

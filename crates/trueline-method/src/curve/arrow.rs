@@ -2,24 +2,23 @@
 //! readings.
 //!
 //! ```text
-//! ⎡ band   Bᵀ ⎤   band: half-width 7, the control points of an open spline
-//! ⎣ B      A  ⎦   border: of a closed one the last three control points; the place of a known curve; the seven of clock and hand-eye
+//! ⎡ band   Bᵀ ⎤   band: the control points of an open spline, 2 · reach − 1 wide for readings of which each depends on `reach` neighbours
+//! ⎣ B      A  ⎦   border: of a closed one the last reach − 1 control points; place and plates; the seven of clock and hand-eye
 //! ```
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 /// Unknowns of clock and hand-eye: t_d, φ, t.
 pub(crate) const SHARED: usize = 7;
-/// Control points of a closed spline that are in the border, as unknowns.
-pub(crate) const WRAPPED: usize = 6;
-/// Half-width of the band: four control points of two unknowns each.
-const HALF_WIDTH: usize = 7;
+/// Control points that a point of a cubic spline depends on.
+pub(crate) const CUBIC: usize = 4;
 
 /// The equations M x = g.
 #[derive(Clone, Debug)]
 pub(crate) struct Arrow {
-    /// Lower band, row by row: entry (i, i − d) at `i * 8 + d`.
+    /// Lower band, row by row: entry (i, i − d) at `i * (half_width + 1) + d`.
     band: Vec<f64>,
+    half_width: usize,
     /// Border by band.
     border: DMatrix<f64>,
     /// Border by border.
@@ -33,6 +32,7 @@ pub(crate) struct Arrow {
 #[derive(Clone, Debug)]
 pub(crate) struct ArrowRoot {
     band: Vec<f64>,
+    half_width: usize,
     /// L⁻¹ Bᵀ, banded × border.
     followed: DMatrix<f64>,
     corner: DMatrix<f64>,
@@ -40,16 +40,18 @@ pub(crate) struct ArrowRoot {
 }
 
 impl Arrow {
-    /// Zero equations of a spline, by the numbers of unknowns of its form and of its place.
+    /// Zero equations of a spline with `of_curve` unknowns of its form and `beside` others between these and the shared ones. A reading depends
+    /// on at most `reach` neighbouring control points.
     #[must_use]
-    pub(crate) fn new(of_curve: usize, closed: bool, of_place: usize) -> Self {
-        let banded = if closed { of_curve - WRAPPED } else { of_curve };
-        let border = of_curve - banded + of_place + SHARED;
+    pub(crate) fn new((of_curve, closed): (usize, bool), reach: usize, beside: usize) -> Self {
+        let banded = if closed { of_curve.saturating_sub(2 * (reach - 1)) } else { of_curve };
+        let (half_width, border) = (2 * reach - 1, of_curve - banded + beside + SHARED);
         Self {
-            band: vec![0.0; banded * (HALF_WIDTH + 1)],
+            band: vec![0.0; banded * (half_width + 1)],
+            half_width,
             border: DMatrix::zeros(border, banded),
             corner: DMatrix::zeros(border, border),
-            gradient: DVector::zeros(of_curve + of_place + SHARED),
+            gradient: DVector::zeros(of_curve + beside + SHARED),
             banded,
         }
     }
@@ -71,7 +73,7 @@ impl Arrow {
     pub(crate) fn add(&mut self, i: usize, j: usize, value: f64) {
         let (row, column) = if i >= j { (i, j) } else { (j, i) };
         if row < self.banded {
-            self.band[row * (HALF_WIDTH + 1) + (row - column)] += value;
+            self.band[row * (self.half_width + 1) + (row - column)] += value;
         } else if column < self.banded {
             self.border[(row - self.banded, column)] += value;
         } else {
@@ -105,7 +107,11 @@ impl Arrow {
                 self.corner[(row - self.banded, column - self.banded)]
             };
         }
-        if row - column > HALF_WIDTH { 0.0 } else { self.band[row * (HALF_WIDTH + 1) + (row - column)] }
+        if row - column > self.half_width {
+            0.0
+        } else {
+            self.band[row * (self.half_width + 1) + (row - column)]
+        }
     }
 
     /// The sum of these and others times a factor.
@@ -114,6 +120,7 @@ impl Arrow {
         let band = self.band.iter().zip(&other.band).map(|(a, b)| a + factor * b).collect();
         Self {
             band,
+            half_width: self.half_width,
             border: &self.border + &other.border * factor,
             corner: &self.corner + &other.corner * factor,
             gradient: &self.gradient + &other.gradient * factor,
@@ -138,8 +145,8 @@ impl Arrow {
         let (banded, border) = (self.banded, self.border.nrows());
         let mut product = DVector::zeros(self.size());
         for i in 0..banded {
-            for d in 0..=HALF_WIDTH.min(i) {
-                let value = self.band[i * (HALF_WIDTH + 1) + d];
+            for d in 0..=self.half_width.min(i) {
+                let value = self.band[i * (self.half_width + 1) + d];
                 product[i] += value * x[i - d];
                 if d > 0 {
                     product[i - d] += value * x[i];
@@ -157,13 +164,13 @@ impl Arrow {
     /// The root; `None` where they are not positive definite.
     #[must_use]
     pub(crate) fn root(&self) -> Option<ArrowRoot> {
-        let (banded, width) = (self.banded, HALF_WIDTH + 1);
-        let mut band = self.band.clone();
+        let (banded, half_width) = (self.banded, self.half_width);
+        let (width, mut band) = (half_width + 1, self.band.clone());
         for i in 0..banded {
-            let least = i.saturating_sub(HALF_WIDTH);
+            let least = i.saturating_sub(half_width);
             for j in least..=i {
                 let mut sum = band[i * width + (i - j)];
-                for k in least.max(j.saturating_sub(HALF_WIDTH))..j {
+                for k in least.max(j.saturating_sub(half_width))..j {
                     sum -= band[i * width + (i - k)] * band[j * width + (j - k)];
                 }
                 band[i * width + (i - j)] = if i == j {
@@ -177,8 +184,8 @@ impl Arrow {
                 };
             }
         }
-        let mut root =
-            ArrowRoot { band, followed: self.border.transpose(), corner: DMatrix::zeros(0, 0), banded };
+        let (followed, corner) = (self.border.transpose(), DMatrix::zeros(0, 0));
+        let mut root = ArrowRoot { band, half_width, followed, corner, banded };
         let mut followed = std::mem::replace(&mut root.followed, DMatrix::zeros(0, 0));
         for mut column in followed.column_iter_mut() {
             root.forward(column.as_mut_slice());
@@ -193,10 +200,10 @@ impl Arrow {
 impl ArrowRoot {
     /// L⁻¹ of the band, in place.
     fn forward(&self, x: &mut [f64]) {
-        let width = HALF_WIDTH + 1;
+        let width = self.half_width + 1;
         for i in 0..self.banded {
             let mut sum = x[i];
-            for d in 1..=HALF_WIDTH.min(i) {
+            for d in 1..=self.half_width.min(i) {
                 sum -= self.band[i * width + d] * x[i - d];
             }
             x[i] = sum / self.band[i * width];
@@ -205,10 +212,10 @@ impl ArrowRoot {
 
     /// L⁻ᵀ of the band, in place.
     fn backward(&self, x: &mut [f64]) {
-        let width = HALF_WIDTH + 1;
+        let width = self.half_width + 1;
         for i in (0..self.banded).rev() {
             x[i] /= self.band[i * width];
-            for d in 1..=HALF_WIDTH.min(i) {
+            for d in 1..=self.half_width.min(i) {
                 x[i - d] -= self.band[i * width + d] * x[i];
             }
         }
@@ -233,7 +240,7 @@ impl ArrowRoot {
     /// log |H| of the curve alone, with its place.
     #[must_use]
     pub(crate) fn log_det_curve(&self) -> f64 {
-        let width = HALF_WIDTH + 1;
+        let width = self.half_width + 1;
         let of_band: f64 = (0..self.banded).map(|i| self.band[i * width].ln()).sum();
         let wrapped = self.corner.nrows() - SHARED;
         2.0 * (of_band + (0..wrapped).map(|k| self.corner[(k, k)].ln()).sum::<f64>())
@@ -276,9 +283,9 @@ mod tests {
     use super::*;
 
     /// Equations of rows like a spline's, compared with the full matrix.
-    fn both(closed: bool) -> (Arrow, DMatrix<f64>) {
+    fn both(closed: bool, reach: usize) -> (Arrow, DMatrix<f64>) {
         let (points, of_curve) = (11, 22);
-        let mut arrow = Arrow::new(of_curve, closed, 0);
+        let mut arrow = Arrow::new((of_curve, closed), reach, 0);
         let mut full = DMatrix::zeros(of_curve + SHARED, of_curve + SHARED);
         let mut seed = 1_u64;
         let mut next = || {
@@ -286,8 +293,8 @@ mod tests {
             (seed >> 40) as f64 / f64::from(1 << 24) - 0.5
         };
         for row in 0..80 {
-            let first = row % if closed { points } else { points - 3 };
-            let curve = (0..8).map(|k| 2 * ((first + k / 2) % points) + k % 2);
+            let first = row % if closed { points } else { points + 1 - reach };
+            let curve = (0..2 * reach).map(|k| 2 * ((first + k / 2) % points) + k % 2);
             let entries: Vec<(usize, f64)> =
                 curve.chain(of_curve..of_curve + SHARED).map(|at| (at, next())).collect();
             arrow.add_row(&entries, next(), 2.0);
@@ -302,8 +309,8 @@ mod tests {
 
     #[test]
     fn it_is_the_full_matrix_solved() {
-        for closed in [false, true] {
-            let (arrow, full) = both(closed);
+        for (closed, reach) in [(false, CUBIC), (true, CUBIC), (false, 6), (true, 6)] {
+            let (arrow, full) = both(closed, reach);
             let root = arrow.root().unwrap();
             // 29 unknowns of a condition below 1e4.
             let x = root.solve(&arrow.gradient);

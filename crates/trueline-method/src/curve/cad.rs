@@ -115,8 +115,8 @@ impl Asked<'_> {
         let (drawn, rounded_m) =
             part_of(drawing, laid.span_m, before.spline.closed, before.spline.spacing_m)?;
         let placed = Placed::new(drawn, laid.base_from_part);
-        let state =
-            State { at: before.at, spline: placed.spline(), u_m: before.u_m.clone(), placed: Some(placed) };
+        let (spline, u_m) = (placed.spline(), before.u_m.clone());
+        let state = State { at: before.at, spline, u_m, placed: Some(placed), plates: None };
         Some((of_all(self.search.readings, &state), rounded_m))
     }
 

@@ -9,7 +9,8 @@ use crate::curve::fit::Fitted;
 use crate::curve::moved::Moves;
 use crate::curve::readings::{Reading, Readings};
 use crate::curve::robot;
-use crate::curve::sight::moving;
+use crate::curve::rows::Moved;
+use crate::curve::sight::{ByForm, Sight, moving};
 use crate::input::observations::Observations;
 use crate::input::shape_knowledge::ShapeCovariance;
 use crate::problem::parameters::Parameters;
@@ -98,7 +99,7 @@ impl Errors<'_> {
     pub(crate) fn at(&self, readings: &Readings, fitted: &Fitted) -> Vec<Considered> {
         let moves = robot::moves(readings, fitted, self.robot, robot::MOST_READINGS);
         let robot = Considered { of: ShareOf::Robot, moves, shape: None, is_estimated: false };
-        let shape = self.shape.as_ref().and_then(|shape| shape.at(readings));
+        let shape = self.shape.as_ref().and_then(|shape| shape.at(readings, fitted));
         let part = self.part.and_then(|part| part.at(fitted));
         let edge = (self.edge.radius_m > 0.0).then(|| self.edge.at(readings, fitted));
         let detector = self.detector.as_ref().map(|detector| detector.at(fitted));
@@ -108,17 +109,17 @@ impl Errors<'_> {
 }
 
 impl EdgeError {
-    /// The detected point is nearer to the sensor by the radius, perpendicular to the curve.
+    /// The detected point is nearer to the sensor by the radius, perpendicular to the curve. The plates beside the edge do not move.
     fn at(&self, readings: &Readings, fitted: &Fitted) -> Considered {
         let at = &fitted.state.at;
         let camera = at.tool_from_camera.rotation.to_rotation_matrix().into_inner();
         let by_reading = |(k, reading): (usize, &Reading)| {
-            let seen = fitted.sights[k].as_ref()?;
+            let seen = fitted.sights[k].as_ref().filter(|seen| seen.of_point().is_some())?;
             let range = readings.sheet.axes().column(1).into_owned();
             let view = if self.from_origin { -reading.point } else { range };
             let towards = moving(readings, reading, at)?.attitude * camera * view;
             let square = (towards - seen.tangent * seen.tangent.dot(&towards)).try_normalize(0.0)?;
-            Some((k, Matrix2xX::from_column_slice((seen.by_point * square * self.radius_m).as_slice())))
+            Some((k, Moved::from_column_slice((seen.by_shift * square * self.radius_m).as_slice())))
         };
         let list = readings.list.iter().enumerate().filter_map(by_reading).collect();
         Considered {
@@ -138,8 +139,9 @@ impl DetectorError<'_> {
         let poses: Vec<Pose> = places.iter().flatten().map(|place| place.base_from_tool).collect();
         let tilt = TiltBias::about(&poses);
         let by_reading = |(k, place): (usize, &Option<Placement>)| {
+            fitted.sights[k].as_ref().and_then(Sight::of_point)?;
             let by = tilt.slopes(&self.observations.list[k], &at, place.as_ref()?) * self.px;
-            Some((k, Matrix2xX::from_column_slice(by.as_slice())))
+            Some((k, of_point(by.as_slice())))
         };
         let list = places.iter().enumerate().filter_map(by_reading).collect();
         Considered {
@@ -153,12 +155,21 @@ impl DetectorError<'_> {
 
 impl ShapeError {
     /// `None` if the covariance has no root.
-    fn at(&self, readings: &Readings) -> Option<Considered> {
+    fn at(&self, readings: &Readings, fitted: &Fitted) -> Option<Considered> {
         let half: SMatrix<f64, 5, 5> = self.covariance.cholesky()?.l();
         let exact = SheetShape::exact_about(&self.origin_m);
         let by_reading = |(k, reading): (usize, &Reading)| {
-            let by = exact.d_corrected_d_shape(&reading.in_sheet)? * half;
-            Some((k, Matrix2xX::from_column_slice(by.as_slice())))
+            let moved = |in_sheet: &Vector2<f64>| Some(exact.d_corrected_d_shape(in_sheet)? * half);
+            match (&fitted.sights[k].as_ref()?.by_form, &reading.supports) {
+                (ByForm::Feet(feet), Some(supports)) => {
+                    let mut by = Moved::zeros(half.ncols());
+                    for (row, (foot, support)) in feet.iter().zip(supports).enumerate() {
+                        by.set_row(row, &foot.normal.tr_mul(&moved(&support.in_sheet)?));
+                    }
+                    Some((k, by))
+                }
+                _ => Some((k, of_point(moved(&reading.in_sheet)?.as_slice()))),
+            }
         };
         let list = readings.list.iter().enumerate().filter_map(by_reading).collect();
         Some(Considered {
@@ -168,6 +179,12 @@ impl ShapeError {
             is_estimated: self.is_estimated,
         })
     }
+}
+
+/// Displacements of a seam point in the sheet, two numbers for each error.
+fn of_point(columns: &[f64]) -> Moved {
+    let in_sheet = Matrix2xX::from_column_slice(columns);
+    Moved::from_fn(in_sheet.ncols(), |row, error| if row < 2 { in_sheet[(row, error)] } else { 0.0 })
 }
 
 /// Clock and hand-eye rows of a contribution.

@@ -7,13 +7,14 @@
 use crate::curve::answer::{Answered, Asked};
 use crate::curve::arrow::SHARED;
 use crate::curve::considered::Considered;
-use crate::curve::equations::{self, COLUMNS};
+use crate::curve::equations::Columns;
 use crate::curve::fit::Fitted;
 use crate::curve::readings::Readings;
+use crate::curve::rows::Rows;
 use crate::curve::solve::{Finished, Search, refined};
 use crate::hypotheses::clock_drift::is_significant;
 use crate::hypotheses::drift_and_step::Drift;
-use nalgebra::{DVector, SMatrix, Vector2, Vector3};
+use nalgebra::{DVector, SMatrix, Vector3};
 
 /// Rounds of removal: each removes the remainder of the linear estimate before it.
 const ROUNDS: usize = 5;
@@ -107,7 +108,7 @@ fn estimate(readings: &Readings, finished: &Finished, considered: &[Considered])
         let seen = fitted.sights[k].as_ref().filter(|_| fitted.weights[k] > 0.0)?;
         Some(fitted.whiteners[k] * seen.by_shared.column(0))
     };
-    let own = |k: usize| by_time(k).map_or(0.0, |by: Vector2<f64>| by.norm_squared() * fitted.weights[k]);
+    let own = |k: usize| by_time(k).map_or(0.0, |by: Rows| by.norm_squared() * fitted.weights[k]);
     let all: Vec<f64> = (0..readings.list.len()).map(own).collect();
     // About the centre of the information on the offset the two are nearly independent.
     let stamps = all.iter().zip(&readings.list).map(|(own, reading)| own * reading.stamp_s);
@@ -153,15 +154,14 @@ struct Beside {
 }
 
 impl Beside {
-    fn of(finished: &Finished, by_rate: impl Fn(usize) -> Option<Vector2<f64>>) -> Self {
+    fn of(finished: &Finished, by_rate: impl Fn(usize) -> Option<Rows>) -> Self {
         let fitted = &finished.fitted;
         let normals = fitted.state.normals();
-        let size = 2 * fitted.state.spline.control.len() + fitted.state.of_place() + SHARED;
-        let (mut sums, mut found) = (DVector::zeros(size), [(0, Vector2::zeros()); COLUMNS]);
+        let (mut sums, mut columns) = (DVector::zeros(fitted.state.size()), Columns::new());
         for (k, weight) in fitted.weights.iter().enumerate() {
             let (Some(by), Some(seen)) = (by_rate(k), &fitted.sights[k]) else { continue };
-            let count = equations::columns(&fitted.state, &normals, (seen, &fitted.whiteners[k]), &mut found);
-            for (index, own) in &found[..count] {
+            columns.fill(&fitted.state, &normals, (seen, &fitted.whiteners[k]));
+            for (index, own) in columns.found() {
                 sums[*index] += own.dot(&by) * weight;
             }
         }
@@ -169,17 +169,12 @@ impl Beside {
     }
 
     /// Effect of the rate alone on a reading: its column without the part that the other unknowns absorb.
-    fn alone(
-        &self,
-        fitted: &Fitted,
-        k: usize,
-        by_rate: &impl Fn(usize) -> Option<Vector2<f64>>,
-    ) -> Option<Vector2<f64>> {
-        let mut found = [(0, Vector2::zeros()); COLUMNS];
+    fn alone(&self, fitted: &Fitted, k: usize, by_rate: &impl Fn(usize) -> Option<Rows>) -> Option<Rows> {
+        let mut columns = Columns::new();
         let (by, seen) = (by_rate(k)?, fitted.sights[k].as_ref()?);
         let whitener = &fitted.whiteners[k];
-        let count = equations::columns(&fitted.state, &self.normals, (seen, whitener), &mut found);
-        let others: Vector2<f64> = found[..count].iter().map(|(index, own)| own * self.moved[*index]).sum();
+        columns.fill(&fitted.state, &self.normals, (seen, whitener));
+        let others: Rows = columns.found().iter().map(|(index, own)| own * self.moved[*index]).sum();
         Some(by - others)
     }
 }

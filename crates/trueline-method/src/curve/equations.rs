@@ -1,13 +1,16 @@
 //! The normal equations of a curve and the unknowns that all readings share, linear in the number of readings.
 
-use crate::curve::arrow::{Arrow, SHARED};
+use crate::curve::arrow::{Arrow, CUBIC, SHARED};
 use crate::curve::placed::{PLACE, Placed};
-use crate::curve::readings::Readings;
-use crate::curve::sight::{Sight, sight};
+use crate::curve::plate_sight::plate_sight;
+use crate::curve::plates::Plates;
+use crate::curve::readings::{Reading, Readings};
+use crate::curve::rows::{ROWS, Rows, Whitener, whitener};
+use crate::curve::sight::{ByForm, Sight, sight};
 use crate::curve::spline::{Spline, THIRD};
-use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
+use crate::input::noise_levels;
+use nalgebra::{SMatrix, Vector2, Vector3};
 use trueline_dataset::Guess;
-use trueline_geometry::so3;
 
 /// A state: clock, hand-eye transform, curve, and the place of each reading on it.
 #[derive(Clone, Debug)]
@@ -20,6 +23,8 @@ pub(crate) struct State {
     pub u_m: Vec<f64>,
     /// The known curve that this one follows, and its place; `None` if its form is unknown.
     pub placed: Option<Placed>,
+    /// The plates beside the curve; `None` if readings are seam points only.
+    pub plates: Option<Plates>,
 }
 
 impl State {
@@ -40,16 +45,41 @@ impl State {
         u_m.windows(2).filter(|pair| pair[1] - pair[0] < UNSEEN_M).map(chord_m).sum()
     }
 
+    /// Number of unknowns of the curve's form.
+    #[must_use]
+    pub(crate) fn of_form(&self) -> usize {
+        2 * self.spline.control.len()
+    }
+
     /// Number of unknowns of the place.
     #[must_use]
     pub(crate) fn of_place(&self) -> usize {
         if self.placed.is_some() { PLACE } else { 0 }
     }
 
+    /// Number of unknowns of the plates.
+    fn of_plates(&self) -> usize {
+        self.plates.as_ref().map_or(0, Plates::unknowns)
+    }
+
+    /// Number of all unknowns: form, place, plates, and the shared ones.
+    #[must_use]
+    pub(crate) fn size(&self) -> usize {
+        self.of_form() + self.of_place() + self.of_plates() + SHARED
+    }
+
     /// Zero equations of all unknowns.
     #[must_use]
     pub(crate) fn arrow(&self) -> Arrow {
-        Arrow::new(2 * self.spline.control.len(), self.spline.closed, self.of_place())
+        let reach = self.plates.as_ref().map_or(CUBIC, |plates| plates.reach);
+        Arrow::new((self.of_form(), self.spline.closed), reach, self.of_place() + self.of_plates())
+    }
+
+    /// Adds the prior of the plates.
+    pub(crate) fn add_plates(&self, equations: &mut Arrow) {
+        if let Some(plates) = &self.plates {
+            plates.add_prior(equations, self.of_form() + self.of_place());
+        }
     }
 
     /// Quantities that the prior expects to be small, m: third differences, or distances from a known curve.
@@ -64,39 +94,104 @@ impl State {
     }
 }
 
-/// Columns of a reading at most: eight of its control points, the place, and the shared ones.
-pub(crate) const COLUMNS: usize = 8 + PLACE + SHARED;
+/// Columns of a reading at most: of its control points and angles, the place, and the shared ones.
+pub(crate) const COLUMNS: usize = ROWS * (2 * CUBIC + CUBIC) + PLACE + SHARED;
 
-/// Derivatives of a whitened sight by all unknowns: index and column of each, up to the returned number.
-pub(crate) fn columns(
-    state: &State,
-    normals: &[[Vector3<f64>; 2]],
-    (seen, whitener): (&Sight, &Matrix2<f64>),
-    columns: &mut [(usize, Vector2<f64>); COLUMNS],
-) -> usize {
-    let by_point = whitener * seen.by_point;
-    for m in 0..4 {
-        let k = state.spline.index(seen.basis.first + m);
-        for side in 0..2 {
-            columns[2 * m + side] = (2 * k + side, by_point * normals[k][side] * seen.basis.value[m]);
+/// Derivatives of a whitened reading by the unknowns that it depends on.
+pub(crate) struct Columns {
+    list: [(usize, Rows); COLUMNS],
+    count: usize,
+}
+
+impl Columns {
+    /// None.
+    #[must_use]
+    pub(crate) fn new() -> Self {
+        Self { list: [(0, Rows::zeros()); COLUMNS], count: 0 }
+    }
+
+    /// Index of each unknown, with its column.
+    #[must_use]
+    #[inline]
+    pub(crate) fn found(&self) -> &[(usize, Rows)] {
+        &self.list[..self.count]
+    }
+
+    #[inline]
+    fn push(&mut self, index: usize, column: Rows) {
+        self.list[self.count] = (index, column);
+        self.count += 1;
+    }
+
+    /// Adds to the column of an unknown, which other rows may have.
+    fn merge(&mut self, index: usize, column: &Rows) {
+        let known = self.list[..self.count].iter_mut().find(|(known, _)| *known == index);
+        match known {
+            Some((_, sum)) => *sum += column,
+            None => self.push(index, *column),
         }
     }
-    let (mut next, mut index) = (8, 2 * state.spline.control.len());
-    if let Some(placed) = &state.placed {
-        let lever = state.spline.at(&seen.basis).0 - placed.middle();
-        let by_turn = by_point * -so3::hat(&lever);
-        for axis in 0..3 {
-            columns[next + axis] = (index + axis, by_point.column(axis).into_owned());
-            columns[next + 3 + axis] = (index + 3 + axis, by_turn.column(axis).into_owned());
+
+    /// Of a sight.
+    pub(crate) fn fill(
+        &mut self,
+        state: &State,
+        normals: &[[Vector3<f64>; 2]],
+        (seen, whitener): (&Sight, &Whitener),
+    ) {
+        self.count = 0;
+        let by_shift = whitener * seen.by_shift;
+        match &seen.by_form {
+            ByForm::Point(basis) => {
+                for m in 0..CUBIC {
+                    let k = state.spline.index(basis.first + m);
+                    for side in 0..2 {
+                        self.push(2 * k + side, by_shift * normals[k][side] * basis.value[m]);
+                    }
+                }
+            }
+            ByForm::Feet(_) => self.fill_feet(state, normals, (seen, whitener)),
         }
-        columns[next + PLACE - 1] = (index + PLACE - 1, by_point * lever);
-        (next, index) = (next + PLACE, index + PLACE);
+        let mut index = state.of_form();
+        if let Some(placed) = &state.placed {
+            let middle = placed.middle();
+            let by_turn = whitener * seen.turn_about(&middle);
+            let lever = state.spline.point(seen.u_m) - middle;
+            for axis in 0..3 {
+                self.push(index + axis, by_shift.column(axis).into_owned());
+                self.push(index + 3 + axis, by_turn.column(axis).into_owned());
+            }
+            self.push(index + PLACE - 1, by_shift * lever);
+            index += PLACE;
+        }
+        index += state.of_plates();
+        let by_shared = whitener * seen.by_shared;
+        for k in 0..SHARED {
+            self.push(index + k, by_shared.column(k).into_owned());
+        }
     }
-    let by_shared = whitener * seen.by_shared;
-    for k in 0..SHARED {
-        columns[next + k] = (index + k, by_shared.column(k).into_owned());
+
+    fn fill_feet(
+        &mut self,
+        state: &State,
+        normals: &[[Vector3<f64>; 2]],
+        (seen, whitener): (&Sight, &Whitener),
+    ) {
+        let (ByForm::Feet(feet), Some(plates)) = (&seen.by_form, &state.plates) else { return };
+        let first_angle = state.of_form() + state.of_place();
+        for (row, foot) in feet.iter().enumerate() {
+            let (whitened, by_shift) = (whitener.column(row), seen.by_shift.row(row).transpose());
+            for m in 0..CUBIC {
+                let k = state.spline.index(foot.basis.first + m);
+                let by_control = by_shift * foot.basis.value[m] + foot.by_slope * foot.basis.slope[m];
+                for side in 0..2 {
+                    self.merge(2 * k + side, &(whitened * by_control.dot(&normals[k][side])));
+                }
+                let angle = first_angle + plates.unknown(&foot.angles, m, foot.plate);
+                self.merge(angle, &(whitened * (foot.by_angle * foot.angles.value[m])));
+            }
+        }
     }
-    next + SHARED
 }
 
 /// Directions of the shared unknowns that have a prior or are held.
@@ -128,22 +223,44 @@ impl Known {
 /// The sights of all readings at a state.
 #[must_use]
 pub(crate) fn sights(readings: &Readings, state: &State) -> Vec<Option<Sight>> {
-    let of = |(reading, u_m): (_, &f64)| sight(readings, reading, &state.at, &state.spline, *u_m);
+    let of = |(reading, u_m): (&Reading, &f64)| match (&reading.supports, &state.plates) {
+        (Some(supports), Some(plates)) => {
+            plate_sight((readings, reading, supports), &state.at, (plates, &state.spline), *u_m)
+        }
+        _ => sight(readings, reading, &state.at, &state.spline, *u_m),
+    };
     readings.list.iter().zip(&state.u_m).map(of).collect()
 }
 
 /// The whitener of each reading at a state: noise of feature, robot and stamp.
 #[must_use]
-pub(crate) fn whiteners(readings: &Readings, sights: &[Option<Sight>]) -> Vec<Matrix2<f64>> {
-    let of = |(reading, sight): (&crate::curve::readings::Reading, &Option<Sight>)| {
-        let across = |seen: &Sight| (seen.by_point, seen.by_shared.column(0).into_owned());
-        let (by_point, by_time) = sight.as_ref().map_or_else(|| (SMatrix::zeros(), Vector2::zeros()), across);
-        let covariance = readings.noise.covariance(reading.covariance, &by_point, &by_time);
-        crate::input::noise_levels::Whitener::of(&covariance)
-            .unwrap_or_else(|| readings.noise.coarse_whitener(reading.covariance))
-            .matrix()
+pub(crate) fn whiteners(readings: &Readings, sights: &[Option<Sight>]) -> Vec<Whitener> {
+    let of = |(reading, sight): (&Reading, &Option<Sight>)| match (&reading.supports, sight) {
+        (Some(supports), Some(seen)) if seen.rows == ROWS => {
+            let own = Whitener::from_diagonal(&Rows::from_fn(|k, _| supports[k].variance));
+            let by_time = seen.by_shared.column(0);
+            let robot = seen.by_shift * seen.by_shift.transpose() * readings.noise.robot_sigma_m.powi(2);
+            let stamp = by_time * by_time.transpose() * readings.noise.stamp_sigma_s.powi(2);
+            whitener(&(own + robot + stamp), ROWS).unwrap_or_else(Whitener::zeros)
+        }
+        _ => of_point(readings, reading, sight.as_ref()),
     };
     readings.list.iter().zip(sights).map(of).collect()
+}
+
+fn of_point(readings: &Readings, reading: &Reading, sight: Option<&Sight>) -> Whitener {
+    let across = |seen: &Sight| {
+        let by_time = seen.by_shared.fixed_view::<2, 1>(0, 0).into_owned();
+        (seen.by_shift.fixed_rows::<2>(0).into_owned(), by_time)
+    };
+    let (by_point, by_time) = sight.map_or_else(|| (SMatrix::zeros(), Vector2::zeros()), across);
+    let covariance = readings.noise.covariance(reading.covariance, &by_point, &by_time);
+    let own = noise_levels::Whitener::of(&covariance)
+        .unwrap_or_else(|| readings.noise.coarse_whitener(reading.covariance))
+        .matrix();
+    let mut whitener = Whitener::zeros();
+    whitener.fixed_view_mut::<2, 2>(0, 0).copy_from(&own);
+    whitener
 }
 
 /// Adds the rows of all sights with a weight.
@@ -151,21 +268,22 @@ pub(crate) fn add_sights(
     equations: &mut Arrow,
     state: &State,
     sights: &[Option<Sight>],
-    whiteners: &[Matrix2<f64>],
+    whiteners: &[Whitener],
     weights: &[f64],
 ) {
     let normals = state.normals();
-    let mut found = [(0, Vector2::zeros()); COLUMNS];
+    let mut columns = Columns::new();
     let mut entries = [(0, 0.0); COLUMNS];
     for ((sight, whitener), weight) in sights.iter().zip(whiteners).zip(weights) {
         let Some(seen) = sight.as_ref().filter(|_| *weight > 0.0) else { continue };
-        let count = columns(state, &normals, (seen, whitener), &mut found);
+        columns.fill(state, &normals, (seen, whitener));
         let residual = whitener * seen.residual;
-        for row in 0..2 {
-            for (entry, (index, column)) in entries.iter_mut().zip(&found[..count]) {
+        let found = columns.found();
+        for row in 0..seen.rows {
+            for (entry, (index, column)) in entries.iter_mut().zip(found) {
                 *entry = (*index, column[row]);
             }
-            equations.add_row(&entries[..count], residual[row], *weight);
+            equations.add_row(&entries[..found.len()], residual[row], *weight);
         }
     }
 }
@@ -237,13 +355,16 @@ pub(crate) fn stepped(state: &State, step: &nalgebra::DVector<f64>) -> State {
     let shared = step.len() - SHARED;
     let own: SMatrix<f64, SHARED, 1> = step.fixed_rows::<SHARED>(shared).into();
     let at = crate::curve::sight::moved(&state.at, &own);
+    let of_angles = &step.as_slice()[state.of_form() + state.of_place()..shared];
+    let plates = state.plates.as_ref().map(|plates| plates.moved(of_angles));
+    let u_m = state.u_m.clone();
     if let Some(placed) = &state.placed {
-        let placed = placed.moved(&step.as_slice()[..shared]);
-        return State { at, spline: placed.spline(), u_m: state.u_m.clone(), placed: Some(placed) };
+        let placed = placed.moved(&step.as_slice()[..state.of_form() + state.of_place()]);
+        return State { at, spline: placed.spline(), u_m, placed: Some(placed), plates };
     }
     let mut spline = state.spline.clone();
     for (k, [one, other]) in state.spline.normals().iter().enumerate() {
         spline.control[k] += one * step[2 * k] + other * step[2 * k + 1];
     }
-    State { at, spline, u_m: state.u_m.clone(), placed: None }
+    State { at, spline, u_m, placed: None, plates }
 }

@@ -3,10 +3,12 @@
 use crate::curve::arrow::{Arrow, SHARED};
 use crate::curve::equations::{Known, State, add_known, add_prior, add_sights, sights, stepped, whiteners};
 use crate::curve::placed;
+use crate::curve::plates::Plates;
 use crate::curve::readings::Readings;
+use crate::curve::rows::Whitener;
 use crate::curve::sight::{Sight, step_between};
 use crate::order_statistics::median;
-use nalgebra::{DVector, Matrix2};
+use nalgebra::DVector;
 use trueline_lsq::Loss;
 
 /// Weighting of residuals.
@@ -33,8 +35,10 @@ pub(crate) enum Weighing {
 
 /// Beyond this a reading is an outlier, σ.
 pub(crate) const TUKEY_SIGMAS: f64 = 5.0;
-/// Median length of two standard normal components, σ.
-const MEDIAN_LENGTH: f64 = 1.177_410;
+/// Median of the squared length of two standard normal components, and of four, σ², for each pair.
+const MEDIAN_SQUARED: [f64; 2] = [1.386_294, 1.678_347];
+/// Pairs of rows of a reading with support points.
+const PAIRS_OF_SUPPORTS: f64 = 2.0;
 /// Squared residual of a reading that the curve does not reach.
 const UNREACHED: f64 = 1e9;
 /// Noise of readings that scales a prior beside residuals in units of a rough scale, m.
@@ -66,7 +70,7 @@ pub(crate) struct Fitted {
     /// Its sights.
     pub sights: Vec<Option<Sight>>,
     /// Whitener of each reading, with the noise factor.
-    pub whiteners: Vec<Matrix2<f64>>,
+    pub whiteners: Vec<Whitener>,
     /// Weight of each reading.
     pub weights: Vec<f64>,
     /// Twice the negative logarithm of likelihood and prior, robust.
@@ -74,14 +78,6 @@ pub(crate) struct Fitted {
 }
 
 impl Fitted {
-    /// Squared whitened residual of a reading; infinite if the curve does not reach it.
-    #[must_use]
-    pub(crate) fn squared(&self, k: usize) -> f64 {
-        self.sights[k]
-            .as_ref()
-            .map_or(f64::INFINITY, |seen| (self.whiteners[k] * seen.residual).norm_squared())
-    }
-
     /// Fraction of the readings within a distance, m.
     #[must_use]
     pub(crate) fn share_within(&self, distance_m: f64) -> f64 {
@@ -103,17 +99,29 @@ impl Fitted {
     /// Weighted sum of the squares of the whitened residuals.
     #[must_use]
     pub(crate) fn squares(&self) -> f64 {
-        let own = |k: usize| self.sights[k].as_ref().map_or(0.0, |_| self.weights[k] * self.squared(k));
-        (0..self.sights.len()).map(own).sum()
+        let own = |k: usize| {
+            let seen = self.sights[k].as_ref()?;
+            Some(self.weights[k] * seen.pairs() * seen.squared(&self.whiteners[k]))
+        };
+        (0..self.sights.len()).filter_map(own).sum()
+    }
+
+    /// Weighted number of the rows.
+    #[must_use]
+    pub(crate) fn rows(&self) -> f64 {
+        let own = |(seen, weight): (&Option<Sight>, &f64)| Some(2.0 * seen.as_ref()?.pairs() * weight);
+        self.sights.iter().zip(&self.weights).filter_map(own).sum()
     }
 
     /// The noise factor, from the median length of residuals that are whitened with a factor of one.
     #[must_use]
     pub(crate) fn median_factor(&self, readings: &Readings) -> f64 {
         let whiteners = whiteners(readings, &self.sights);
-        let lengths = self.sights.iter().zip(&whiteners);
-        let lengths = lengths.filter_map(|(seen, w)| Some((w * seen.as_ref()?.residual).norm()));
-        median(lengths).unwrap_or(1.0) / MEDIAN_LENGTH
+        let of = |(seen, whitener): (&Option<Sight>, &Whitener)| {
+            let seen = seen.as_ref()?;
+            Some((seen.squared(whitener) / MEDIAN_SQUARED[seen.rows / 2 - 1]).sqrt())
+        };
+        median(self.sights.iter().zip(&whiteners).filter_map(of)).unwrap_or(1.0)
     }
 }
 
@@ -133,9 +141,9 @@ impl Terms<'_> {
         }
     }
 
-    fn whiteners(&self, sights: &[Option<Sight>]) -> Vec<Matrix2<f64>> {
+    fn whiteners(&self, sights: &[Option<Sight>]) -> Vec<Whitener> {
         match self.weighing {
-            Weighing::Rough { scale_m } => vec![Matrix2::identity() / scale_m; sights.len()],
+            Weighing::Rough { scale_m } => vec![Whitener::identity() / scale_m; sights.len()],
             Weighing::Noise { factor } | Weighing::Fixed { factor, .. } => {
                 let own = whiteners(self.readings, sights);
                 own.into_iter().map(|whitener| whitener / factor).collect()
@@ -144,13 +152,13 @@ impl Terms<'_> {
     }
 
     /// Evaluates a state; whiteners stay constant within a fit.
-    fn evaluated(&self, mut state: State, whiteners: Vec<Matrix2<f64>>) -> Fitted {
+    fn evaluated(&self, mut state: State, whiteners: Vec<Whitener>) -> Fitted {
         let sights = sights(self.readings, &state);
         let loss = self.loss();
         let (mut weights, mut cost) = (Vec::with_capacity(sights.len()), 0.0);
         for (k, seen) in sights.iter().enumerate() {
-            let squared =
-                seen.as_ref().map_or(UNREACHED, |seen| (whiteners[k] * seen.residual).norm_squared());
+            let squared = seen.as_ref().map_or(UNREACHED, |seen| seen.squared(&whiteners[k]));
+            let pairs = if self.readings.list[k].supports.is_some() { PAIRS_OF_SUPPORTS } else { 1.0 };
             if let Some(seen) = seen {
                 state.u_m[k] = seen.u_m;
             }
@@ -161,11 +169,12 @@ impl Terms<'_> {
                 _ => (loss.weight(squared), loss.value(squared)),
             };
             weights.push(if seen.is_some() { weight } else { 0.0 });
-            cost += own;
+            cost += pairs * own;
         }
         let bent: f64 = state.bends().iter().map(|bend| bend.norm_squared()).sum();
         let off = step_between(&state.at, &self.known.centre);
         cost += self.stiffness() * bent + off.dot(&(self.known.information * off));
+        cost += state.plates.as_ref().map_or(0.0, Plates::squares);
         Fitted { state, sights, whiteners, weights, cost }
     }
 
@@ -176,6 +185,7 @@ impl Terms<'_> {
         add_prior(&mut prior, &fitted.state);
         let mut equations = fitted.equations().plus(&prior, self.stiffness());
         add_known(&mut equations, &fitted.state.at, self.known);
+        fitted.state.add_plates(&mut equations);
         if fitted.state.placed.is_some() {
             placed::damp_place(&mut equations, fitted.state.spline.control.len());
         }

@@ -17,6 +17,7 @@ use crate::curve::considered::{Considered, Errors, ShapeError};
 use crate::curve::equations::{sights, stepped};
 use crate::curve::moved::Moves;
 use crate::curve::readings::Readings;
+use crate::curve::rows::ROWS;
 use crate::curve::solve::Finished;
 use nalgebra::{DMatrix, DVector, SVector};
 use std::ops::Range;
@@ -64,17 +65,17 @@ impl Beside {
             places.push(first..first + one.moves.errors);
         }
         let count = places.last().map_or(0, |last| last.end);
-        let mut rows = DMatrix::zeros(2 * fitted.sights.len(), count);
-        let mut residuals = DVector::zeros(2 * fitted.sights.len());
+        let mut rows = DMatrix::zeros(ROWS * fitted.sights.len(), count);
+        let mut residuals = DVector::zeros(ROWS * fitted.sights.len());
         for (k, seen) in fitted.sights.iter().enumerate() {
             let Some(seen) = seen else { continue };
             let whitened = fitted.whiteners[k] * seen.residual * fitted.weights[k].sqrt();
-            residuals.fixed_rows_mut::<2>(2 * k).copy_from(&whitened);
+            residuals.fixed_rows_mut::<ROWS>(ROWS * k).copy_from(&whitened);
         }
         for (one, place) in considered.iter().zip(&places) {
             for (k, by) in &one.moves.readings {
                 let whitened = fitted.whiteners[*k] * fitted.weights[*k].sqrt() * by;
-                rows.view_mut((2 * k, place.start), (2, place.len())).copy_from(&whitened);
+                rows.view_mut((ROWS * k, place.start), (ROWS, place.len())).copy_from(&whitened);
             }
         }
         let (size, mut first) = (fitted.state.arrow().size(), 0);
@@ -247,9 +248,7 @@ impl Readings {
     /// Takes errors of these sizes out of the readings.
     fn take_out(&mut self, moves: &Moves, errors: &DVector<f64>) {
         for (k, by) in &moves.readings {
-            let off = by * errors;
-            self.list[*k].in_sheet -= off;
-            self.list[*k].point -= self.sheet.axes() * off;
+            self.list[*k].off_m += by * errors;
         }
     }
 }

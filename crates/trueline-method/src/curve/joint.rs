@@ -140,11 +140,11 @@ pub(crate) fn first_curve(readings: &Readings, at: &Guess) -> Option<State> {
     }
     if pieces.len() == 1 {
         let Piece { spline, u_m, .. } = pieces.pop()?;
-        return Some(State { at: *at, spline, u_m, placed: None });
+        return Some(State { at: *at, spline, u_m, placed: None, plates: None });
     }
     let all_count = vec![true; readings.list.len()];
     let (spline, u_m) = joined(&pieces, spacing_m, &all_count)?;
-    Some(State { at: *at, spline, u_m, placed: None })
+    Some(State { at: *at, spline, u_m, placed: None, plates: None })
 }
 
 /// The joint fit from an answer of the windows, with the prior of the hand-eye transform, if stated; `None` without a plausible

@@ -35,7 +35,7 @@ pub(crate) fn reknotted(state: &State, spacing_m: f64, counts: Option<&[f64]>) -
     } else {
         joined(&pieces(state), spacing_m, &counted)?
     };
-    Some(State { at: state.at, spline, u_m, placed: None })
+    Some(State { at: state.at, spline, u_m, placed: None, plates: None })
 }
 
 /// The pieces of a curve, each alone.

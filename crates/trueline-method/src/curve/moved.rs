@@ -1,10 +1,11 @@
 //! Effect on the answer of errors that move the measured points. With r = J x + Z ξ the answer is off by M⁻¹ Jᵀ W Z ξ, with the
 //! prior of the curve in M \[Schmidt1966\].
 
-use crate::curve::arrow::{ArrowRoot, SHARED};
-use crate::curve::equations::{self, COLUMNS};
+use crate::curve::arrow::ArrowRoot;
+use crate::curve::equations::Columns;
 use crate::curve::fit::Fitted;
-use nalgebra::{DMatrix, DVector, Matrix2xX, Vector2};
+use crate::curve::rows::Moved;
+use nalgebra::{DMatrix, DVector};
 
 /// Displacement of the measured points against the predicted ones in the sheet, m, by errors of unit variance.
 #[derive(Clone, Debug, Default)]
@@ -12,7 +13,7 @@ pub(crate) struct Moves {
     /// Number of errors.
     pub errors: usize,
     /// A column for each error, for some readings.
-    pub readings: Vec<(usize, Matrix2xX<f64>)>,
+    pub readings: Vec<(usize, Moved)>,
     /// Every n-th reading represents the others.
     pub every: usize,
 }
@@ -39,15 +40,14 @@ impl Moves {
     pub(crate) fn sums(&self, fitted: &Fitted) -> DMatrix<f64> {
         let state = &fitted.state;
         let normals = state.normals();
-        let size = 2 * state.spline.control.len() + state.of_place() + SHARED;
-        let mut sums = DMatrix::zeros(size, self.errors);
-        let mut found = [(0, Vector2::zeros()); COLUMNS];
+        let mut sums = DMatrix::zeros(state.size(), self.errors);
+        let mut columns = Columns::new();
         for (k, by) in &self.readings {
             let (Some(seen), whitener) = (&fitted.sights[*k], &fitted.whiteners[*k]) else { continue };
             let whitened = whitener * fitted.weights[*k] * by;
-            let count = equations::columns(state, &normals, (seen, whitener), &mut found);
+            columns.fill(state, &normals, (seen, whitener));
             for (column, moved) in whitened.column_iter().enumerate() {
-                for (index, own) in &found[..count] {
+                for (index, own) in columns.found() {
                     sums[(*index, column)] += own.dot(&moved);
                 }
             }

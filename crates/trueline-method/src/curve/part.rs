@@ -11,9 +11,9 @@ use crate::curve::fit::Fitted;
 use crate::curve::moved::Moves;
 use crate::curve::passes::Passes;
 use crate::curve::readings::Readings;
+use crate::curve::rows::Moved;
 use crate::curve::sight::Sight;
-use nalgebra::{Matrix2xX, Vector3};
-use trueline_geometry::so3;
+use nalgebra::Vector3;
 
 /// Unknowns of a pass.
 const PLACE: usize = 6;
@@ -31,10 +31,9 @@ impl PartMoves {
         let middle = spline.control.iter().sum::<Vector3<f64>>() / spline.control.len() as f64;
         let by_reading = |(k, seen): (usize, &Option<Sight>)| {
             let (seen, pass) = (seen.as_ref()?, passes[k].checked_sub(1)?);
-            let lever = spline.at(&seen.basis).0 - middle;
-            let mut by = Matrix2xX::zeros(PLACE * last);
-            by.columns_mut(PLACE * pass, 3).copy_from(&(seen.by_point * self.shift_m));
-            let turn = seen.by_point * -so3::hat(&lever) * self.turn_rad;
+            let mut by = Moved::zeros(PLACE * last);
+            by.columns_mut(PLACE * pass, 3).copy_from(&(seen.by_shift * self.shift_m));
+            let turn = seen.turn_about(&middle) * self.turn_rad;
             by.columns_mut(PLACE * pass + 3, 3).copy_from(&turn);
             Some((k, by))
         };
@@ -48,6 +47,9 @@ impl PartMoves {
         for (reading, _) in readings.list.iter_mut().zip(doubtful).filter(|(_, is_near)| *is_near) {
             reading.covariance[0] += self.shift_m.powi(2);
             reading.covariance[2] += self.shift_m.powi(2);
+            for support in reading.supports.iter_mut().flatten() {
+                support.variance += self.shift_m.powi(2);
+            }
         }
     }
 }

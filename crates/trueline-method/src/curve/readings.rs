@@ -1,6 +1,7 @@
 //! Inputs of a curve's estimate: seam points in the laser plane, and the robot's motion.
 
 use crate::curve::motion::Motion;
+use crate::curve::rows::{ROWS, Rows};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
 use nalgebra::{Vector2, Vector3};
@@ -21,6 +22,21 @@ pub(crate) struct Reading {
     pub row: u32,
     /// Label of the line.
     pub line: u32,
+    /// Estimated errors that are taken out of each row, m.
+    pub off_m: Rows,
+    /// The support points of the same light: two on the first plate, two on the second. With them the seam point is not used.
+    pub supports: Option<[SupportPoint; ROWS]>,
+}
+
+/// A support point of a stripe: its distance from the stripe, measured square to it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SupportPoint {
+    /// In the camera frame, m.
+    pub point: Vector3<f64>,
+    /// In the sheet, m.
+    pub in_sheet: Vector2<f64>,
+    /// Variance square to the stripe, m².
+    pub variance: f64,
 }
 
 /// All readings of a scan.
@@ -47,6 +63,8 @@ impl Readings {
             covariance: o.covariance,
             row: o.row,
             line: o.line,
+            off_m: Rows::zeros(),
+            supports: None,
         });
         Self {
             list: list.collect(),
@@ -74,10 +92,16 @@ impl Readings {
     #[must_use]
     pub(crate) fn corrected(&self, shape: &SheetShape) -> Self {
         let mut corrected = self.clone();
+        let moved = |point: &mut Vector3<f64>, in_sheet: &mut Vector2<f64>| {
+            let there = shape.corrected(in_sheet).0;
+            *point += self.sheet.axes() * (there - *in_sheet);
+            *in_sheet = there;
+        };
         for reading in &mut corrected.list {
-            let there = shape.corrected(&reading.in_sheet).0;
-            reading.point += self.sheet.axes() * (there - reading.in_sheet);
-            reading.in_sheet = there;
+            moved(&mut reading.point, &mut reading.in_sheet);
+            for support in reading.supports.iter_mut().flatten() {
+                moved(&mut support.point, &mut support.in_sheet);
+            }
         }
         corrected
     }

@@ -7,6 +7,8 @@ use crate::curve::equations::{Known, whiteners};
 use crate::curve::fit::Fitted;
 use crate::curve::joint::{Rough, rough};
 use crate::curve::readings::Readings;
+use crate::curve::rows::Whitener;
+use crate::curve::sight::Sight;
 use crate::curve::starts::{Candidate, offsets_s, same, sifted};
 use crate::hypotheses::paired_test::{PairedTest, tested};
 use crate::hypotheses::rivals::half_turned;
@@ -100,8 +102,8 @@ fn compare(readings: &Readings, best: &Fitted, rival: &Fitted) -> Option<PairedT
     let factor = best.median_factor(readings).min(rival.median_factor(readings));
     let squares = |fitted: &Fitted| -> Vec<f64> {
         let whiteners = whiteners(readings, &fitted.sights);
-        let of = |(seen, whitener): (&Option<crate::curve::sight::Sight>, &nalgebra::Matrix2<f64>)| {
-            seen.as_ref().map_or(f64::NAN, |seen| (whitener * seen.residual / factor).norm_squared())
+        let of = |(seen, whitener): (&Option<Sight>, &Whitener)| {
+            seen.as_ref().map_or(f64::NAN, |seen| seen.squared(whitener) / (factor * factor))
         };
         fitted.sights.iter().zip(&whiteners).map(of).collect()
     };

@@ -6,9 +6,9 @@ use crate::assess::robot_field::{RobotField, RobotSigmas};
 use crate::curve::fit::Fitted;
 use crate::curve::moved::Moves;
 use crate::curve::readings::Readings;
+use crate::curve::rows::Moved;
 use crate::curve::sight::moving;
-use nalgebra::Matrix2xX;
-use trueline_geometry::{Pose, se3, so3};
+use trueline_geometry::{Pose, se3};
 
 /// Readings at which the robot's errors are evaluated. Of more, every n-th represents the others, because these errors change
 /// slowly.
@@ -23,9 +23,9 @@ pub(crate) fn moves(readings: &Readings, fitted: &Fitted, sigmas: RobotSigmas, m
     let Some(field) = RobotField::new(sigmas, &path) else { return Moves::default() };
     let by_pose = |(k, pose): &(usize, Pose)| {
         let seen = fitted.sights[*k].as_ref()?;
-        let shift = seen.by_point * field.sigmas.position_m * every as f64;
-        let turn = seen.by_point * -so3::hat(&seen.lever) * field.sigmas.attitude_rad * every as f64;
-        let mut by = Matrix2xX::zeros(6 * field.modes());
+        let shift = seen.by_shift * field.sigmas.position_m * every as f64;
+        let turn = seen.turn_about(&pose.translation.vector) * field.sigmas.attitude_rad * every as f64;
+        let mut by = Moved::zeros(6 * field.modes());
         for (mode, part) in field.at(pose).iter().enumerate() {
             by.columns_mut(6 * mode, 3).copy_from(&(shift * *part));
             by.columns_mut(6 * mode + 3, 3).copy_from(&(turn * *part));

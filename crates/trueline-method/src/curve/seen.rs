@@ -7,9 +7,9 @@
 
 use crate::curve::arrow::SHARED;
 use crate::curve::fit::Fitted;
+use crate::curve::rows::ROWS;
 use crate::curve::smoothness::Parts;
 use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen, Vector3};
-use trueline_geometry::so3;
 
 type Shared = SMatrix<f64, SHARED, SHARED>;
 
@@ -117,11 +117,9 @@ fn rigid(fitted: &Fitted) -> Option<Shared> {
     for ((seen, whitener), weight) in fitted.sights.iter().zip(&fitted.whiteners).zip(&fitted.weights) {
         let Some(seen) = seen else { continue };
         let by_shared = whitener * seen.by_shared;
-        let by_point = whitener * seen.by_point;
-        let lever = spline.at(&seen.basis).0 - middle;
-        let mut by_place = SMatrix::<f64, 2, PLACE>::zeros();
-        by_place.fixed_columns_mut::<3>(0).copy_from(&by_point);
-        by_place.fixed_columns_mut::<3>(3).copy_from(&(by_point * -so3::hat(&lever)));
+        let mut by_place = SMatrix::<f64, ROWS, PLACE>::zeros();
+        by_place.fixed_columns_mut::<3>(0).copy_from(&(whitener * seen.by_shift));
+        by_place.fixed_columns_mut::<3>(3).copy_from(&(whitener * seen.turn_about(&middle)));
         own += by_shared.tr_mul(&by_shared) * *weight;
         cross += by_place.tr_mul(&by_shared) * *weight;
         place += by_place.tr_mul(&by_place) * *weight;

@@ -14,6 +14,7 @@
 use crate::curve::arrow::SHARED;
 use crate::curve::motion::Moving;
 use crate::curve::readings::{Reading, Readings};
+use crate::curve::rows::{ROWS, Rows, Whitener};
 use crate::curve::spline::{Basis, Spline};
 use nalgebra::{Matrix3, Matrix3x2, SMatrix, Vector2, Vector3};
 use trueline_dataset::Guess;
@@ -29,23 +30,77 @@ const MOST_KNOTS: f64 = 2.0;
 /// … until u moves by less, m.
 const CONVERGED_M: f64 = 1e-9;
 
-/// One reading against the curve.
-#[derive(Clone, Copy, Debug)]
+/// One reading against the target.
+#[derive(Clone, Debug)]
 pub(crate) struct Sight {
-    /// Crossing of the curve with the sheet, u in m.
+    /// Its place on the curve, u in m.
     pub u_m: f64,
-    /// The spline's weights there.
-    pub basis: Basis,
+    /// Number of its rows.
+    pub rows: usize,
     /// Measured minus predicted in the sheet, m.
-    pub residual: Vector2<f64>,
+    pub residual: Rows,
     /// Derivatives of the prediction by t_d (s), φ (rad) and t (m).
-    pub by_shared: SMatrix<f64, 2, SHARED>,
-    /// Its derivative by the point of the curve in base.
-    pub by_point: SMatrix<f64, 2, 3>,
-    /// From the tool's origin to the measured point, in base, m.
-    pub lever: Vector3<f64>,
+    pub by_shared: SMatrix<f64, ROWS, SHARED>,
+    /// Its derivative by a shift of the target in base.
+    pub by_shift: SMatrix<f64, ROWS, 3>,
+    /// Its derivative by a turn of the target about the origin of base, m/rad.
+    pub by_turn: SMatrix<f64, ROWS, 3>,
+    /// Its dependence on the form of the target.
+    pub by_form: ByForm,
     /// Unit tangent of the curve in base.
     pub tangent: Vector3<f64>,
+}
+
+/// Dependence of a reading on the form of the target.
+#[derive(Clone, Debug)]
+pub(crate) enum ByForm {
+    /// A seam point moves as the point of the curve with these weights of the control points.
+    Point(Basis),
+    /// Support points on plates, a row each.
+    Feet(Box<[Foot; ROWS]>),
+}
+
+/// Dependence of a support point on the form of the target.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foot {
+    /// Weights of the control points of the seam at the foot.
+    pub basis: Basis,
+    /// Derivative of the prediction by the slope dc/du there, m.
+    pub by_slope: Vector3<f64>,
+    /// The plate: 0 or 1.
+    pub plate: usize,
+    /// Weights of the plate's angles there.
+    pub angles: Basis,
+    /// Derivative of the prediction by the plate's angle, m/rad.
+    pub by_angle: f64,
+    /// Unit normal of the stripe in the sheet.
+    pub normal: Vector2<f64>,
+}
+
+impl Sight {
+    /// The derivative by a turn of the target about a point of base (m), m/rad.
+    #[must_use]
+    pub(crate) fn turn_about(&self, point: &Vector3<f64>) -> SMatrix<f64, ROWS, 3> {
+        self.by_turn + self.by_shift * so3::hat(point)
+    }
+
+    /// Residual of a seam point in the sheet, m; `None` for support points.
+    #[must_use]
+    pub(crate) fn of_point(&self) -> Option<Vector2<f64>> {
+        matches!(self.by_form, ByForm::Point(_)).then(|| self.residual.xy())
+    }
+
+    /// Squared whitened residual for each two rows, so that one loss weighs readings of any number of rows.
+    #[must_use]
+    pub(crate) fn squared(&self, whitener: &Whitener) -> f64 {
+        (whitener * self.residual).norm_squared() / self.pairs()
+    }
+
+    /// Half of the number of rows.
+    #[must_use]
+    pub(crate) fn pairs(&self) -> f64 {
+        0.5 * self.rows as f64
+    }
 }
 
 /// The hand-eye transform, prepared for all readings.
@@ -176,18 +231,23 @@ pub(crate) fn sight(
     let in_flight =
         moving.body_rate.cross(&(in_tool + hand_eye.translation)) + moving.attitude.tr_mul(&moving.velocity);
     let back = projector * hand_eye.rotation.transpose();
-    let mut by_shared = SMatrix::<f64, 2, SHARED>::zeros();
-    by_shared.set_column(0, &(back * in_flight));
-    by_shared.fixed_columns_mut::<3>(1).copy_from(&(back * so3::hat(&in_tool)));
-    by_shared.fixed_columns_mut::<3>(4).copy_from(&-back);
+    let mut by_shared = SMatrix::<f64, ROWS, SHARED>::zeros();
+    by_shared.fixed_view_mut::<2, 1>(0, 0).copy_from(&(back * in_flight));
+    by_shared.fixed_view_mut::<2, 3>(0, 1).copy_from(&(back * so3::hat(&in_tool)));
+    by_shared.fixed_view_mut::<2, 3>(0, 4).copy_from(&-back);
+    let mut by_shift = SMatrix::<f64, ROWS, 3>::zeros();
+    by_shift.fixed_rows_mut::<2>(0).copy_from(&by_point);
+    let (point, along) = spline.at(&basis);
+    let residual = axes.tr_mul(&(reading.point - seen));
     Some(Sight {
         u_m,
-        basis,
-        residual: axes.tr_mul(&(reading.point - seen)),
+        rows: 2,
+        residual: Rows::new(residual.x, residual.y, 0.0, 0.0) - reading.off_m,
         by_shared,
-        by_point,
-        lever: moving.attitude * hand_eye.in_tool(&reading.point),
-        tangent: spline.at(&basis).1.normalize(),
+        by_turn: by_shift * -so3::hat(&point),
+        by_shift,
+        by_form: ByForm::Point(basis),
+        tangent: along.normalize(),
     })
 }
 

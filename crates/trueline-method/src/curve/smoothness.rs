@@ -7,6 +7,7 @@
 use crate::curve::arrow::{Arrow, ArrowRoot, SHARED};
 use crate::curve::equations::{Known, add_known, add_prior};
 use crate::curve::fit::Fitted;
+use crate::curve::plates::Plates;
 use crate::curve::sight::step_between;
 
 /// Third differences of the loosest curve with knots of 10 mm, m: a corner of a few millimetres' radius.
@@ -48,6 +49,9 @@ impl Parts {
         let [mut prior, mut of_known] = [(); 2].map(|()| state.arrow());
         add_prior(&mut prior, state);
         add_known(&mut of_known, &fitted.state.at, known);
+        state.add_plates(&mut of_known);
+        let of_plates = |plates: &Plates| (plates.squares(), plates.unknowns() - plates.priors());
+        let (turned, free_angles) = state.plates.as_ref().map_or((0.0, 0), of_plates);
         let off = step_between(&fitted.state.at, &known.centre);
         Self {
             data: fitted.equations(),
@@ -55,9 +59,9 @@ impl Parts {
             known: of_known,
             squares: fitted.squares(),
             bent_m2: state.bends().iter().map(|bend| bend.norm_squared()).sum(),
-            off: off.dot(&(known.information * off)),
-            readings: 2.0 * fitted.weights.iter().sum::<f64>(),
-            curve: 2 * state.spline.control.len() + state.of_place(),
+            off: off.dot(&(known.information * off)) + turned,
+            readings: fitted.rows(),
+            curve: state.of_form() + state.of_place() + free_angles,
             penalties: 2 * state.bends().len(),
         }
     }

@@ -136,6 +136,15 @@ impl Spline {
         (point, tangent)
     }
 
+    /// Second derivative with respect to u, 1/m, from the weights at u, m.
+    #[must_use]
+    pub(crate) fn second(&self, basis: &Basis, u_m: f64) -> Vector3<f64> {
+        let s = self.wrapped(u_m) / self.spacing_m - basis.first as f64;
+        let weights = [1.0 - s, 3.0 * s - 2.0, 1.0 - 3.0 * s, s];
+        let control = |m: usize| self.control[self.index(basis.first + m)] * weights[m];
+        (0..4).map(control).sum::<Vector3<f64>>() / self.spacing_m.powi(2)
+    }
+
     /// The point at u, m.
     #[must_use]
     pub(crate) fn point(&self, u_m: f64) -> Vector3<f64> {
@@ -320,6 +329,10 @@ mod tests {
             let ahead = spline.point(u_m + 1e-6);
             let difference = (ahead - spline.point(u_m - 1e-6)) / 2e-6;
             assert!((spline.at(&basis).1 - difference).norm() < 1e-8, "{u_m}");
+            // The slope is a quadratic, so its central difference is exact but for rounding of 1e-16 m / 1e-6 m / 0.05 m.
+            let slope = |u_m: f64| spline.at(&spline.basis(u_m)).1;
+            let bend = (slope(u_m + 1e-6) - slope(u_m - 1e-6)) / 2e-6;
+            assert!((spline.second(&basis, u_m) - bend).norm() < 1e-5, "{u_m}");
         }
     }
 

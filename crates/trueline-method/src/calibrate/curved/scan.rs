@@ -190,10 +190,11 @@ impl Scan {
         let mut list = Vec::with_capacity(self.readings.list.len());
         let corrected = answer.shape.map(|shape| self.readings.corrected(&shape));
         let readings = corrected.as_ref().unwrap_or(&self.readings);
+        let (sights, whiteners) = answer.seam_points(readings);
         for (k, reading) in readings.list.iter().enumerate() {
             let at = &fitted.state.at;
             let (Some(seen), Some(place), Some(robot)) =
-                (&fitted.sights[k], in_base(readings, reading, at), moving(readings, reading, at))
+                (&sights[k], in_base(readings, reading, at), moving(readings, reading, at))
             else {
                 *skipped.entry(Skip::AlongPlane).or_insert(0) += 1;
                 continue;
@@ -201,11 +202,12 @@ impl Scan {
             let base_from_sheet = robot.attitude
                 * at.tool_from_camera.rotation.to_rotation_matrix().into_inner()
                 * self.readings.sheet.axes();
-            let off = base_from_sheet * seen.residual;
+            let residual = seen.residual.xy();
+            let off = base_from_sheet * residual;
             let across = square_to(&seen.tangent, None);
-            let whitened = fitted.whiteners[k] * seen.residual / answer.finished.variance.sqrt();
+            let whitened = (whiteners[k] * seen.residual).xy() / answer.finished.variance.sqrt();
             let observation = &self.observations.list[k];
-            let to_px = || Some(observation.sheet_per_px().try_inverse()? * seen.residual);
+            let to_px = || Some(observation.sheet_per_px().try_inverse()? * residual);
             list.push(FeatureResidual {
                 row: reading.row,
                 line: 0,
@@ -213,8 +215,8 @@ impl Scan {
                 point_in_base: place,
                 offset_m: Vector2::new(across[0].dot(&off), across[1].dot(&off)),
                 residual_px: self.observations.are_pixels.then(to_px).flatten(),
-                in_sheet_m: Some(seen.residual),
-                crossing_m_s: Some(seen.by_shared.column(0).into_owned()),
+                in_sheet_m: Some(residual),
+                crossing_m_s: Some(seen.by_shared.fixed_view::<2, 1>(0, 0).into_owned()),
                 whitened,
                 normalised: whitened.norm(),
                 weight: loss.weight(whitened.norm_squared()),

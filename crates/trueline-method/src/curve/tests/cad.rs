@@ -3,11 +3,10 @@
 use super::*;
 use crate::config::SeamCad;
 use crate::curve::cad::checked;
-use crate::curve::equations::{COLUMNS, columns};
-use crate::curve::placed::{PLACE, Placed};
+use crate::curve::placed::Placed;
 use crate::curve::registration::{Evenly, laid};
 use crate::error::cad_problem::{CadProblem, CadUnit};
-use nalgebra::{Matrix2, UnitQuaternion};
+use nalgebra::{SMatrix, UnitQuaternion};
 use trueline_geometry::{Polyline, Pose, se3};
 
 fn asked(readings: &Readings) -> Asked<'_> {
@@ -43,7 +42,6 @@ fn elsewhere(cad: &SeamCad, pose: &Pose, reversed: bool) -> Evenly {
     Evenly::of_drawing(&Polyline::new(points).unwrap(), 1.0, 1e-4).unwrap()
 }
 
-/// Central differences over 1e-6 of quantities of about 0.2 m: as for an unknown curve.
 #[test]
 fn sights_follow_from_place_size_and_form_of_a_drawn_curve_as_differences_say() {
     let (recording, _) = scan_curve(&CurveScan::good(CurveKind::Free).exact(), 3);
@@ -51,26 +49,8 @@ fn sights_follow_from_place_size_and_form_of_a_drawn_curve_as_differences_say() 
     let free = at_truth(&readings, &truth);
     let placed = Placed::new(free.spline.clone(), Pose::identity());
     let state = State { placed: Some(placed), ..free };
-    let size = 2 * state.spline.control.len() + PLACE + 7;
-    let mut found = [(0, Vector2::zeros()); COLUMNS];
     for k in (20..readings.list.len() - 20).step_by(131) {
-        let predicted = |state: &State| {
-            let reading = &readings.list[k];
-            reading.in_sheet
-                - sight(&readings, reading, &state.at, &state.spline, state.u_m[k]).unwrap().residual
-        };
-        let seen = sight(&readings, &readings.list[k], &state.at, &state.spline, state.u_m[k]).unwrap();
-        let count = columns(&state, &state.normals(), (&seen, &Matrix2::identity()), &mut found);
-        // The time offset's velocity is that of 40 ms: it has a test of its own.
-        for (index, own) in found[..count].iter().filter(|(index, _)| *index != size - 7) {
-            let by = |length: f64| {
-                let mut step = DVector::zeros(size);
-                step[*index] = length;
-                predicted(&stepped(&state, &step))
-            };
-            let difference = (by(1e-6) - by(-1e-6)) / 2e-6;
-            assert!((difference - own).norm() < 1e-6, "{k} {index}: {difference} {own}");
-        }
+        assert_columns(&readings, &state, k);
     }
 }
 

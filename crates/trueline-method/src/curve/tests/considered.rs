@@ -5,7 +5,7 @@ use crate::assess::seam_error::ShareOf;
 use crate::config::PartMoves;
 use crate::curve::considered::{EdgeError, ShapeError};
 use crate::curve::moved::Moves;
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 use trueline_model::SheetShape;
 
 /// The answer to a scan from near its truth, with some errors.
