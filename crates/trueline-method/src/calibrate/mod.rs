@@ -89,7 +89,8 @@ pub(crate) fn estimate(
         return with_axes(recording, guess, config);
     }
     let Some((by_stops, stops)) = stops::of(recording, config)? else {
-        return curved::answered(recording, guess, config, over_time(recording, guess, config));
+        let over_lines = |config: &Config| over_time(recording, guess, config);
+        return curved::answered(recording, guess, config, &over_lines);
     };
     if config.asks_for_curve() {
         return Err(Error::NoCurve { why: curved::AT_STOPS });

@@ -43,3 +43,4 @@ pub(crate) mod starts;
 #[cfg(test)]
 mod tests;
 pub(crate) mod windows;
+pub(crate) mod with_plates;

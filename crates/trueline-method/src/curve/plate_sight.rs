@@ -174,18 +174,19 @@ pub(crate) fn plate_sight(
             sight.by_shared[(k, shared)] = *by;
         }
     }
-    let reach = reach(&rows.each_ref().map(|row| row.foot.basis.first), spline);
     sight.u_m = middle_m(&rows.each_ref().map(|row| row.u_m), spline);
-    (reach <= plates.reach).then_some(sight)
+    (reach(&sight, spline)? <= plates.reach).then_some(sight)
 }
 
-/// Number of neighbouring control points between the first and the last of the feet.
-fn reach(firsts: &[usize; ROWS], spline: &Spline) -> usize {
-    let count = spline.control.len();
+/// Number of neighbouring control points on which the feet of a sight depend; `None` for a seam point.
+#[must_use]
+pub(crate) fn reach(seen: &Sight, spline: &Spline) -> Option<usize> {
+    let ByForm::Feet(feet) = &seen.by_form else { return None };
+    let (count, firsts) = (spline.control.len(), feet.each_ref().map(|foot| foot.basis.first));
     let ahead = |k: usize, other: &usize| (other + count - k) % count;
     let ahead_of = |k: usize| firsts.iter().map(move |other| ahead(k, other)).max();
     let is_first = |k: &&usize| spline.closed || firsts.iter().all(|other| *k <= other);
-    firsts.iter().filter(is_first).filter_map(|k| ahead_of(*k)).min().unwrap_or(0) + CUBIC
+    Some(firsts.iter().filter(is_first).filter_map(|k| ahead_of(*k)).min()? + CUBIC)
 }
 
 /// The middle of places on the seam, m.

@@ -206,7 +206,7 @@ pub(crate) fn refined(readings: &Readings, other: &Finished) -> Option<Finished>
 
 /// The optimum with the knots as they are: first noise level and weights with a loose prior, then the size of the third
 /// differences.
-fn settled(
+pub(crate) fn settled(
     readings: &Readings,
     state: State,
     stated: Option<&Known>,

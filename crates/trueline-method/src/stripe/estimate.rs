@@ -20,7 +20,9 @@ use crate::stripe::fit::{StripeFit, StripeSolver};
 use crate::stripe::flat_rank::AttitudeNoise;
 use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
-use crate::stripe::outcome::{Answer, Apart, Because, LEAST_WITH_BOTH, StripeEstimate, StripeOutcome};
+use crate::stripe::outcome::{
+    Answer, Apart, Because, LEAST_WITH_BOTH, StripeEstimate, StripeOutcome, decided,
+};
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::Planes;
 use crate::stripe::seam_of_straight_lines::moved_without_forms;
@@ -140,16 +142,6 @@ fn skipped(
         *skipped.entry(Skip::AlongPlane).or_insert(0) += along_sheet;
     }
     skipped
-}
-
-/// By default the stripe estimate is used if it agrees with the seam points and is not clearly less certain.
-fn decided(estimate: &StripeEstimate) -> Because {
-    match estimate.sigmas_apart {
-        Some(apart) if apart >= AGREEMENT_SIGMAS => Because::Disagreement,
-        _ if estimate.stripe.seam_error.is_none() => Because::ShowsLess,
-        Some(_) if !estimate.is_clearly_less_accurate() => Because::Agreement,
-        _ => Because::KnowsLess,
-    }
 }
 
 fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEstimate, NoPlates> {

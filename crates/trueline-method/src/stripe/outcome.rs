@@ -6,6 +6,7 @@ use crate::config::Measurements;
 use crate::error::no_plates::NoPlates;
 use crate::input::skip::Skip;
 use crate::problem::parameters::Parameters;
+use crate::stripe::agreement::AGREEMENT_SIGMAS;
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
 use nalgebra::DMatrix;
@@ -130,6 +131,16 @@ impl StripeEstimate {
             (Some(by_stripe), Some(by_seam)) => by_stripe.rms_m > CLEARLY * by_seam.rms_m,
             (by_stripe, _) => by_stripe.is_none(),
         }
+    }
+}
+
+/// By default the stripe estimate is used if it agrees with the seam points and is not clearly less certain.
+pub(crate) fn decided(estimate: &StripeEstimate) -> Because {
+    match estimate.sigmas_apart {
+        Some(apart) if apart >= AGREEMENT_SIGMAS => Because::Disagreement,
+        _ if estimate.stripe.seam_error.is_none() => Because::ShowsLess,
+        Some(_) if !estimate.is_clearly_less_accurate() => Because::Agreement,
+        _ => Because::KnowsLess,
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod checks;
 mod models;
+mod plates;
 mod scan;
 
 use crate::calibrate::curved::models::of_curve;
@@ -18,6 +19,7 @@ use crate::error::Error;
 use crate::findings::{ClockFindings, Findings};
 use crate::hypotheses::drift_and_step::Drift;
 use crate::models::Because;
+use crate::stripe::corners::with_corners;
 use crate::verdict::mistake::others_leave;
 use crate::verdict::{self, Reason};
 use trueline_dataset::{Guess, Recording};
@@ -43,12 +45,31 @@ pub(crate) fn answered(
     recording: &Recording,
     guess: Option<&Guess>,
     config: &Config,
-    line: Result<Calibration, Error>,
+    over_lines: &dyn Fn(&Config) -> Result<Calibration, Error>,
 ) -> Result<Calibration, Error> {
-    let line = line?;
-    if config.target == Target::Line {
-        return Ok(line);
+    match over_lines(config) {
+        Ok(line) if config.target == Target::Line => Ok(line),
+        Ok(line) => beside_line(recording, guess, config, line),
+        Err(why @ Error::NoPlates { .. }) if config.target != Target::Line => {
+            // Stripes beside a curve lie on no planes.
+            let mut line = over_lines(&Config { measurements: Measurements::Seam, ..config.clone() })?;
+            line.findings.config = config.clone();
+            let answer = beside_line(recording, guess, config, line)?;
+            if answer.findings.curve.is_some() { Ok(answer) } else { Err(why) }
+        }
+        Err(why) => Err(why),
     }
+}
+
+/// The same beside the answer with a line.
+fn beside_line(
+    recording: &Recording,
+    guess: Option<&Guess>,
+    config: &Config,
+    line: Calibration,
+) -> Result<Calibration, Error> {
+    let cornered = with_corners(recording);
+    let recording = cornered.as_ref().unwrap_or(recording);
     let is_forced = config.asks_for_curve();
     let unused = unused(config);
     let unsupported =
@@ -84,7 +105,8 @@ pub(crate) fn answered(
     if !is_taken {
         return Ok(with_curve_refused(line, &answer));
     }
-    let mut answer = scan.calibration(recording, guess, (line, clock), &answer);
+    let (answer, stripes) = scan.with_plates(recording, (guess, config), answer)?;
+    let mut answer = scan.calibration(recording, guess, (line, clock), (&answer, stripes));
     answer.findings.unused_on_curve = unused.iter().map(|(option, _)| *option).collect();
     Ok(Calibration { verdict: verdict::of(&answer.findings), ..answer })
 }
@@ -135,8 +157,6 @@ fn unsupported(config: &Config, line: &Calibration) -> Option<&'static str> {
         Some(AT_STOPS)
     } else if !config.hold.is_empty() || !config.drawn_lines.is_empty() {
         Some("a curve does not have the quantity that is held fixed")
-    } else if line.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam) {
-        Some("whole stripes support straight seams only")
     } else if line.best_fit().lines.len() != 1 && config.seam_cad.is_some() {
         Some("the features name several lines, and a drawing has one seam")
     } else {

@@ -24,6 +24,7 @@ use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
+use crate::stripe::outcome::StripeOutcome;
 use crate::verdict;
 use nalgebra::{DMatrix, UnitVector3, Vector2};
 use std::collections::BTreeMap;
@@ -33,7 +34,8 @@ use trueline_lsq::{Loss, Termination};
 
 /// A scan as input of a curve's estimate.
 pub(crate) struct Scan {
-    observations: Observations,
+    /// Its seam points, with all that the recording says of them.
+    pub observations: Observations,
     /// Its seam points.
     pub readings: Readings,
     /// Variance of the time offset from the stamps, s².
@@ -121,7 +123,7 @@ impl Scan {
         recording: &Recording,
         guess: Option<&Guess>,
         (line, clock): (Calibration, ClockFindings),
-        answer: &Answered,
+        (answer, stripes): (&Answered, Option<StripeOutcome>),
     ) -> Calibration {
         let mut findings = line.findings;
         findings.unknowns = self.unknowns(recording, answer);
@@ -141,16 +143,16 @@ impl Scan {
             features,
         };
         let is_seen = answer.components.iter().all(|seen| *seen);
-        let seam_error = is_seen.then(|| self.seam_error(answer, &findings)).flatten();
+        let seam_error = is_seen.then(|| self.seam_error(answer, &findings.config)).flatten();
         findings.checks = self.checks(answer, guess, &findings, seam_error);
         findings.clock = clock;
-        findings.stripes = None;
+        findings.stripes = stripes;
         findings.models_tried = models(&findings, answer);
         findings.curve = Some(answer.curve.clone());
         Calibration { verdict: verdict::of(&findings), findings }
     }
 
-    fn unknowns(&self, recording: &Recording, answer: &Answered) -> Unknowns {
+    pub(crate) fn unknowns(&self, recording: &Recording, answer: &Answered) -> Unknowns {
         let parameters = Parameters { shape: answer.shape, ..Parameters::straight(&answer.at(), Vec::new()) };
         let size = parameters.dimension();
         let in_all = |i: usize, j: usize| if i < LINES && j < LINES { answer.noise[(i, j)] } else { 0.0 };
@@ -226,7 +228,7 @@ impl Scan {
     }
 
     /// The error of a seam point, as for the tangent line at the curve's middle.
-    fn seam_error(&self, answer: &Answered, findings: &Findings) -> Option<SeamError> {
+    pub(crate) fn seam_error(&self, answer: &Answered, config: &Config) -> Option<SeamError> {
         let points = &answer.curve.points_m[answer.curve.seams.first()?.points.clone()];
         let middle = points.len() / 2;
         let ahead = points.get(middle + 1)? - points.get(middle)?;
@@ -259,7 +261,7 @@ impl Scan {
                     held_shape: self.levels.held_shape.filter(|_| is_held),
                     ..self.levels
                 },
-                speed_m_s: findings.config.used_at.speed_m_s,
+                speed_m_s: config.used_at.speed_m_s,
             },
         )
     }

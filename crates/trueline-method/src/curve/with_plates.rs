@@ -1,0 +1,102 @@
+//! The answer with the plates beside the curve: the stripes of a frame instead of its seam point.
+//!
+//! The fit begins at the answer of the seam points. A frame keeps its seam point where it has no stripe on one of the plates, and where a stripe has no
+//! clear foot on the seam: at the inside of a corner, and at the ends.
+
+use crate::assess::outliers::Outliers;
+use crate::curve::answer::{Answered, Asked};
+use crate::curve::equations::{State, sights};
+use crate::curve::plate_sight::reach;
+use crate::curve::plates::{Direction, Plates};
+use crate::curve::readings::{Readings, SupportPoint};
+use crate::curve::rows::ROWS;
+use crate::curve::sight::{HandEye, Sight, moving};
+use crate::curve::solve::{Search, settled};
+use nalgebra::Vector3;
+
+/// Support points farther from the first plates than this are outliers: the plates are those of many frames.
+const NEAR_M: f64 = 2e-3;
+/// A frame reaches over this many control points at most: the equations are to stay banded.
+const MOST_REACH: usize = 16;
+/// Control points that a frame may reach farther during the fit.
+const SPARE: usize = 1;
+
+/// The answer with the stripes.
+pub(crate) struct WithPlates {
+    /// The answer.
+    pub answer: Answered,
+    /// Its readings: support points, and seam points where there are none.
+    pub readings: Readings,
+}
+
+impl WithPlates {
+    /// Outliers among the frames with stripes.
+    #[must_use]
+    pub(crate) fn outliers(&self) -> Outliers {
+        let used = self.readings.list.iter().zip(&self.answer.finished.fitted.weights);
+        let weights = || used.clone().filter(|(reading, _)| reading.supports.is_some()).map(|(_, weight)| weight);
+        Outliers { count: weights().filter(|weight| **weight == 0.0).count(), of: weights().count() }
+    }
+}
+
+impl Asked<'_> {
+    /// The answer with the support points of each reading; `None` if they lie on no plates beside the curve.
+    #[must_use]
+    pub(crate) fn with_plates(
+        &self,
+        seam: &Answered,
+        supports: &[Option<[SupportPoint; ROWS]>],
+    ) -> Option<WithPlates> {
+        let mut readings = self.search.readings.clone();
+        for (reading, supports) in readings.list.iter_mut().zip(supports) {
+            reading.supports = *supports;
+        }
+        let state = first(&mut readings, seam)?;
+        let finished = settled(&readings, state, None, seam.finished.first_length_m)?;
+        let asked = Asked { search: Search { readings: &readings, ..self.search }, ..*self };
+        let answer = asked.concluded(finished, seam.rivals.clone(), &seam.course, (false, None));
+        Some(WithPlates { answer, readings })
+    }
+}
+
+/// The seam points' answer with the plates that the stripes show. Readings whose stripes have no clear foot lose them.
+fn first(readings: &mut Readings, seam: &Answered) -> Option<State> {
+    let mut state = State { plates: None, ..seam.finished.fitted.state.clone() };
+    let weights = &seam.finished.fitted.weights;
+    let inliers = (0..readings.list.len()).filter(|k| weights[*k] > 0.0);
+    let directions: Vec<Direction> = inliers.filter_map(|k| direction(readings, &state, k)).collect();
+    let control = state.spline.control.len();
+    state.plates = Some(Plates::through(&state.spline, &directions, control)?);
+    let seen = sights(readings, &state);
+    let is_near = |seen: &&Sight| seen.of_point().is_none() && seen.residual.amax() < NEAR_M;
+    let near = seen.iter().flatten().filter(is_near);
+    let most = (if state.spline.closed { control / 2 } else { control }).min(MOST_REACH);
+    let farthest = near.filter_map(|seen| reach(seen, &state.spline)).filter(|reach| *reach <= most).max()?;
+    if let Some(plates) = &mut state.plates {
+        plates.reach = (farthest + SPARE).min(most);
+    }
+    for (reading, seen) in readings.list.iter_mut().zip(&seen) {
+        let reaches = seen.as_ref().and_then(|seen| reach(seen, &state.spline));
+        reading.supports = reading.supports.filter(|_| reaches.is_some_and(|reach| reach <= farthest));
+    }
+    let seen = sights(readings, &state);
+    for (u_m, seen) in state.u_m.iter_mut().zip(&seen) {
+        *u_m = seen.as_ref().map_or(*u_m, |seen| seen.u_m);
+    }
+    Some(state)
+}
+
+/// Directions of the plates at a reading, in base; `None` without stripes on both.
+fn direction(readings: &Readings, state: &State, k: usize) -> Option<Direction> {
+    let reading = &readings.list[k];
+    let (supports, moving) = (reading.supports?, moving(readings, reading, &state.at)?);
+    let hand_eye = HandEye::of(&state.at);
+    let points = supports.map(|support| moving.position + moving.attitude * hand_eye.in_tool(&support.point));
+    let seam = state.spline.point(state.u_m[k]);
+    let along = [0, 2].map(|first| {
+        let middle: Vector3<f64> = (points[first] + points[first + 1]) * 0.5;
+        let chord = points[first + 1] - points[first];
+        chord * chord.dot(&(middle - seam)).signum()
+    });
+    Some(Direction { u_m: state.u_m[k], along })
+}
