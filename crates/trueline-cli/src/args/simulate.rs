@@ -33,6 +33,7 @@ use trueline_sim::{Fault, Joint, Look, Preset, RoundScan, SightingScan};
   trueline simulate --shop ordinary --seed 7 --out cell        # a whole cell, and a pass that a calibration is judged by
   trueline simulate --shop rough --only rounded-edge,feature-noise --out edge
   trueline simulate --seam pipe --seed 3 --out pipe            # a profiler that goes twice round a pipe
+  trueline simulate --seam pipe --plates --out pipe-stripes    # the same with the stripes on both sides of the seam
   trueline simulate --random-cell --axis table=rotary,part,swing:30@0.1 --out table   # the part swings on a table
   trueline simulate --sightings --outliers 0.3 --out marker    # poses of a marker, three of ten wrong
   trueline simulate --sightings --stops --wall --out stops     # a camera beside the robot, which stops
@@ -157,6 +158,7 @@ impl SimulateArgs {
             outliers: self.outliers,
             feature_noise_m: self.feature_noise_mm.map(|mm| mm * 1e-3),
             robot_noise_m: self.robot_noise_mm.map(|mm| mm * 1e-3),
+            has_plates: self.plates.plates,
         })
     }
 

@@ -4,9 +4,10 @@ use crate::args::choice::{Choice, one_of};
 use crate::args::number;
 use crate::args::part_moves::part_moves;
 use crate::args::seam_scan_options::SEAM_SCAN_OPTIONS;
+use crate::args::simulate_shop::DRAWN_PLATES;
 use clap::Args;
 use trueline_method::PartMoves;
-use trueline_sim::curves::{CurveKind, CurveScan};
+use trueline_sim::curves::{BesideCurve, CurveKind, CurveScan};
 
 #[derive(Args)]
 #[group(id = "of_curves")]
@@ -45,18 +46,8 @@ static FORMS: [Choice<CurveKind>; 8] = [
 fn not_of_curves() -> Vec<&'static str> {
     let shared = ["noise_free", "robot_noise_mm", "feature_noise_mm", "outliers", "duration_s"];
     let of_seams = SEAM_SCAN_OPTIONS.into_iter().filter(|option| !shared.contains(option));
-    of_seams
-        .chain([
-            "plates",
-            "production",
-            "boards",
-            "shop",
-            "images",
-            "sightings",
-            "time_offset_ms",
-            "column_noise_px",
-        ])
-        .collect()
+    let of_others = ["production", "boards", "shop", "images", "sightings", "time_offset_ms"];
+    of_seams.chain(of_others).chain(DRAWN_PLATES).collect()
 }
 
 /// Other options of `simulate` about the scan, in SI.
@@ -66,6 +57,7 @@ pub(crate) struct Shared {
     pub(crate) outliers: Option<f64>,
     pub(crate) feature_noise_m: Option<f64>,
     pub(crate) robot_noise_m: Option<f64>,
+    pub(crate) has_plates: bool,
 }
 
 impl CurveArgs {
@@ -84,6 +76,7 @@ impl CurveArgs {
             outliers: shared.outliers.unwrap_or(usual.outliers),
             noise_m: shared.feature_noise_m.unwrap_or(usual.noise_m),
             robot_noise_m: shared.robot_noise_m.unwrap_or(usual.robot_noise_m),
+            plates: shared.has_plates.then(BesideCurve::default),
             ..usual
         })
     }

@@ -10,7 +10,7 @@ use trueline_sim::{PlateForm, PlatePair, Plates, ProfileLook};
 #[group(id = "of_plates")]
 pub(crate) struct PlatesArgs {
     /// Whole stripes on two plates: a camera gives stripes.csv and features.csv, a profiler profiles.csv. With --production each weld
-    /// has them; with --plan they are those of the plan's cell
+    /// has them; with --plan they are those of the plan's cell; with --seam the profiler gives stripes.csv and features.csv
     #[arg(long, conflicts_with_all = ["images", "faults"])]
     pub(crate) plates: bool,
     /// Bow of both plates across and along, mm at 25 mm from the seam and 100 mm along it

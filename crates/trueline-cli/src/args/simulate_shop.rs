@@ -27,8 +27,8 @@ fn not_of_shops() -> Vec<&'static str> {
     [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "production", "boards", "images"], &DRAWN_PLATES].concat()
 }
 
-/// Options of plates elsewhere: a shop draws its own.
-const DRAWN_PLATES: [&str; 11] = [
+/// Options of plates elsewhere: a shop draws its own, and a curve has its own.
+pub(crate) const DRAWN_PLATES: [&str; 11] = [
     "bow_mm",
     "twist_mm",
     "roughness_mm",

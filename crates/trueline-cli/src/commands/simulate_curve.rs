@@ -26,7 +26,7 @@ pub(crate) fn run(args: &SimulateArgs, scan: &CurveScan) -> Result<ExitCode, Fai
     write(args, &recording, &curve_csv(points.iter().map(|point| (*point).into())))?;
     if !args.quiet {
         output::words(&format!(
-            "{0}: {1}, {2} times in {3} s: {4} robot poses, {5} features, time offset {6:.2} ms; the true curve is in {CURVE}\nnext: \
+            "{0}: {1}, {2} times in {3} s: {4} robot poses, {5} features{7}, time offset {6:.2} ms; the true curve is in {CURVE}\nnext: \
              trueline calibrate {0}",
             args.out.display(),
             scan.kind.name(),
@@ -35,6 +35,10 @@ pub(crate) fn run(args: &SimulateArgs, scan: &CurveScan) -> Result<ExitCode, Fai
             recording.robot.len(),
             recording.features.len(),
             recording.truth.as_ref().map_or(0.0, |truth| truth.parameters.time_offset_s) * 1e3,
+            match recording.stripes.len() {
+                0 => String::new(),
+                stripes => format!(", {stripes} stripes"),
+            },
         ));
     }
     Ok(ExitCode::SUCCESS)

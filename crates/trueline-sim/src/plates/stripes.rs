@@ -1,5 +1,6 @@
 //! Support points of the stripes on two plates, and the seam point at their crossing.
 
+use super::measured_line::{Crossing, MeasuredLine};
 use super::straight_line::StraightLine;
 use super::surface::{PlateInBase, PlatePair, Plates};
 use crate::capture::SheetAxes;
@@ -58,7 +59,7 @@ pub fn scan_plates_along(
             view.edge(&both[k], &base_from_camera, &mut noise)
         };
         let (seam, stripes) = match (plates.pair, &seen) {
-            (PlatePair::Meeting, [Some(left), Some(right)]) => (crossing(left, right), vec![0, 1]),
+            (PlatePair::Meeting, [Some(left), Some(right)]) => (left.line.crossing(&right.line), vec![0, 1]),
             (PlatePair::Lap { .. }, [Some(_), Some(_)]) => (edge_of(plates.edge_on), vec![0, 1]),
             (PlatePair::Edge, _) => (edge_of(plates.edge_on), vec![plates.edge_on]),
             (PlatePair::Butt { .. }, [Some(_), Some(_)]) => {
@@ -96,36 +97,10 @@ pub fn scan_plates_along(
 
 /// A straight line through a piece of stripe in ideal pixels, with its errors.
 struct Seen {
-    points: [Vector2<f64>; 2],
+    line: MeasuredLine,
+    /// Unit vector square to the true stripe.
     normal: Vector2<f64>,
     length_px: f64,
-    sigma_px: f64,
-}
-
-impl Seen {
-    /// Variance of the line, square to it, at a point of it.
-    fn variance_at(&self, at: &Vector2<f64>) -> f64 {
-        let [a, b] = self.points;
-        let part = (at - a).dot(&(b - a)) / (b - a).norm_squared();
-        ((1.0 - part).powi(2) + part.powi(2)) * self.sigma_px.powi(2)
-    }
-}
-
-/// A seam point in ideal pixels, with its covariance.
-struct Crossing {
-    at: Vector2<f64>,
-    covariance: Matrix2<f64>,
-}
-
-fn crossing(one: &Seen, other: &Seen) -> Option<Crossing> {
-    let normals = [one, other].map(|seen| {
-        let along = (seen.points[1] - seen.points[0]).normalize();
-        Vector2::new(-along.y, along.x)
-    });
-    let inverse = Matrix2::from_rows(&normals.map(|n| n.transpose())).try_inverse()?;
-    let at = inverse * Vector2::new(normals[0].dot(&one.points[0]), normals[1].dot(&other.points[0]));
-    let variances = Matrix2::from_diagonal(&Vector2::new(one.variance_at(&at), other.variance_at(&at)));
-    Some(Crossing { at, covariance: inverse * variances * inverse.transpose() })
 }
 
 struct View<'a> {
@@ -207,7 +182,8 @@ impl View<'_> {
             let error = noise.normal(sigma_px) + noise.normal(rough_px.abs());
             at + line.normal() * error
         });
-        Some(Seen { points, normal: line.normal(), length_px: line.length_px, sigma_px })
+        let measured = MeasuredLine { points, sigma: sigma_px };
+        Some(Seen { line: measured, normal: line.normal(), length_px: line.length_px })
     }
 
     /// End of the stripe at the plate's edge. Along the stripe it has its own noise; across the stripe it is on the
@@ -216,13 +192,13 @@ impl View<'_> {
         let [near, far] = self.plates.reach_m;
         let tip = self.line(plate, base_from_camera, [near, far.min(near.max(TIP_M))], noise)?;
         let there = self.ideal(base_from_camera, &plate.cut(self.sheet, base_from_camera, 0.0)?)?;
-        let [a, b] = tip.points;
+        let [a, b] = tip.line.points;
         let along = (b - a).normalize();
         let sigma_px = self.plates.edge_sigma_px;
         let at = a + along * (along.dot(&(there - a)) + noise.normal(sigma_px));
         let across = Vector2::new(-along.y, along.x);
-        let covariance =
-            along * along.transpose() * sigma_px.powi(2) + across * across.transpose() * tip.variance_at(&at);
+        let covariance = along * along.transpose() * sigma_px.powi(2)
+            + across * across.transpose() * tip.line.variance_at(&at);
         Some(Crossing { at, covariance })
     }
 
@@ -251,9 +227,12 @@ impl View<'_> {
             let (pixel, jacobian) = self.distort(&shifted)?;
             let along = jacobian * Vector2::new(seen.normal.y, -seen.normal.x);
             let square = Vector2::new(-along.y, along.x).normalize();
-            Some((Measured::Pixel(pixel.into()), square.dot(&(jacobian * seen.normal)).abs() * seen.sigma_px))
+            Some((
+                Measured::Pixel(pixel.into()),
+                square.dot(&(jacobian * seen.normal)).abs() * seen.line.sigma,
+            ))
         };
-        let (a, b) = (there(&seen.points[0])?, there(&seen.points[1])?);
+        let (a, b) = (there(&seen.line.points[0])?, there(&seen.line.points[1])?);
         Some(([a.0, b.0], (a.1 * b.1).sqrt()))
     }
 
