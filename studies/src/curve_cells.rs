@@ -7,6 +7,8 @@
 //! `--sensor=PER_MILLE` draws scales, shear and keystone of each sensor, `--stated` writes that into its file, `--held` holds the sensor,
 //! `--bow=MM` bends its laser sheet. `--unseen=PART` leaves out the readings of that part of the curve. `--part=MM` moves the part
 //! between passes, by that and by a third of a degree for each millimetre. With `--untold` the calibration is not told.
+//! `--plates` adds the stripes on both surfaces beside the seam, `--form=MM` makes these wavy. `--use=seam` and `--use=both` choose
+//! the measurements.
 
 use crate::arguments::number;
 use nalgebra::{SMatrix, SVector, UnitQuaternion, Vector3};
@@ -19,9 +21,11 @@ use trueline_dataset::sensor_setup::{KEYSTONE_REACH_M, SensorUncertainty};
 use trueline_dataset::{Guess, Measured, Recording, Truth};
 use trueline_geometry::{Polyline, se3, so3};
 use trueline_method::order_statistics::median;
-use trueline_method::{Calibration, Config, PartMoves, SeamCad, SensorMode, Status, Target, calibrate};
+use trueline_method::{
+    Calibration, Config, Measurements, PartMoves, SeamCad, SensorMode, Status, Target, calibrate,
+};
 use trueline_model::{LaserSheet, SheetField};
-use trueline_sim::curves::{CurveKind, CurveScan, SensorError, scan_curve};
+use trueline_sim::curves::{BesideCurve, CurveKind, CurveScan, SensorError, scan_curve};
 
 /// Cells of each kind, unless stated.
 const CELLS: u64 = 60;
@@ -49,6 +53,8 @@ struct Outcome {
 /// An answer, against the truth.
 struct Answer {
     is_curve: bool,
+    /// Whether whole stripes were used, and why; empty without stripes.
+    stripes: String,
     /// Error of the time offset, s.
     offset_s: f64,
     /// Each error over its standard deviation; NaN where the scan does not show the unknown.
@@ -80,6 +86,10 @@ struct Asked {
     part_moves: Option<PartMoves>,
     /// Whether nobody states that.
     is_untold: bool,
+    /// The surfaces beside the curves, if their stripes are recorded.
+    plates: Option<BesideCurve>,
+    /// The measurements of the calibration.
+    measurements: Measurements,
 }
 
 /// How far the sensors of the cells are off.
@@ -240,13 +250,23 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
             .filter(|mm| *mm > 0.0)
             .map(|mm| PartMoves { shift_m: mm * 1e-3, turn_rad: (mm / 3.0).to_radians() }),
         is_untold: options.iter().any(|option| option == "--untold"),
+        plates: options
+            .iter()
+            .any(|option| option == "--plates")
+            .then_some(BesideCurve { form_m: part(&options, "--form=")? * 1e-3, ..BesideCurve::default() }),
+        measurements: match options.iter().find_map(|option| option.strip_prefix("--use=")) {
+            None => Measurements::Auto,
+            Some("seam") => Measurements::Seam,
+            Some("both") => Measurements::Both,
+            Some(other) => return Err(format!("--use={other} is neither seam nor both")),
+        },
     };
     let is_wanted = |kind: &CurveKind| kinds.is_empty() || kinds.iter().any(|name| name == kind.name());
     println!("Right: time offset within 4 of its ± and 1 ms; wrong: accepted, and beyond 6 of its ±.\n");
     println!(
-        "| curve | accepted | as a curve | as a line | right | offset wrong | any of the seven wrong | NEES/7 | t_d in 95 % | t_d true (said) ms | seam true (said) mm | field true (said) mm | median s | refused for |"
+        "| curve | accepted | as a curve | by stripes | as a line | right | offset wrong | any of the seven wrong | NEES/7 | t_d in 95 % | t_d true (said) ms | seam true (said) mm | field true (said) mm | median s | refused for |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for kind in CurveKind::ALL.into_iter().filter(is_wanted) {
         let outcome = |seed: u64| {
             let outcome = Outcome::of(kind, seed, asked);
@@ -264,7 +284,8 @@ impl Outcome {
     fn of(kind: CurveKind, seed: u64, asked: Asked) -> Self {
         let sensor = asked.sensors.error(seed);
         let part_moves = asked.part_moves.map_or([0.0; 2], |moves| [moves.shift_m, moves.turn_rad]);
-        let scan = CurveScan { sensor, unseen: asked.unseen, part_moves, ..CurveScan::good(kind) };
+        let (unseen, plates) = (asked.unseen, asked.plates);
+        let scan = CurveScan { sensor, unseen, part_moves, plates, ..CurveScan::good(kind) };
         let (mut recording, _) = scan_curve(&scan, seed);
         recording.setup.uncertainty = asked.sensors.stated();
         // The simulated robot has noise, and no error that lasts.
@@ -273,6 +294,7 @@ impl Outcome {
             sensor: asked.sensors.mode,
             target: if asked.is_forced { Target::Curve } else { Target::Seam },
             part_moves: asked.part_moves.filter(|_| !asked.is_untold),
+            measurements: asked.measurements,
             seam_cad: asked.tolerance_m.and_then(|tolerance_m| drawn(kind, tolerance_m, seed)),
             ..Config::default()
         };
@@ -301,7 +323,8 @@ impl Outcome {
             let z: Vec<String> = answer.z.iter().map(|z| format!("{z:.1}")).collect();
             let kind = if answer.is_curve { "curve" } else { "line" };
             format!(
-                "{kind} t_d {:.4} ms z {} NEES/7 {:.2}",
+                "{kind} {} t_d {:.4} ms z {} NEES/7 {:.2}",
+                answer.stripes,
                 answer.offset_s * 1e3,
                 z.join(" "),
                 answer.normalised
@@ -328,6 +351,12 @@ impl Answer {
             said_field_m: found.findings.checks.seam_error.map_or(f64::NAN, |error| error.rms_m),
             said_s: covariance[(0, 0)].sqrt(),
             is_curve: found.findings.curve.is_some(),
+            stripes: found.findings.stripes.as_ref().map_or_else(String::new, |stripes| {
+                let apart = stripes.estimate.as_ref().and_then(|estimate| estimate.sigmas_apart);
+                let factor = stripes.estimate.as_ref().map_or(f64::NAN, |estimate| estimate.noise_factor);
+                let apart = apart.unwrap_or(f64::NAN);
+                format!("{} {} {apart:.1} σ × {factor:.2}", stripes.used.name(), stripes.because.code())
+            }),
             offset_s,
             z: SVector::from_fn(|k, _| error[k] / covariance[(k, k)].sqrt()),
             normalised: normalised / UNKNOWNS as f64,
@@ -343,6 +372,7 @@ fn print_row(kind: CurveKind, outcomes: &[Outcome]) {
     let taken: Vec<&Answer> = outcomes.iter().filter_map(Outcome::taken).collect();
     let count = |of: &dyn Fn(&Answer) -> bool| taken.iter().filter(|answer| of(answer)).count();
     let curves = count(&|answer| answer.is_curve);
+    let striped = count(&|answer| answer.stripes.starts_with("both"));
     let nees: Vec<f64> = taken.iter().map(|answer| answer.normalised).filter(|n| n.is_finite()).collect();
     // χ²₇/7 of each cell.
     let deviation = (2.0 / (UNKNOWNS * nees.len()) as f64).sqrt();
@@ -352,7 +382,7 @@ fn print_row(kind: CurveKind, outcomes: &[Outcome]) {
     }
     let refused: Vec<String> = refused.iter().map(|(code, count)| format!("{code} {count}")).collect();
     println!(
-        "| {} | {} of {} | {curves} | {} | {} | {} | {} | {:.2} (1 ± {deviation:.2}) | {:.0} % | {:.3} ({:.3}) | {:.3} ({:.3}) | {:.3} ({:.3}) | {:.2} | {} |",
+        "| {} | {} of {} | {curves} | {striped} | {} | {} | {} | {} | {:.2} (1 ± {deviation:.2}) | {:.0} % | {:.3} ({:.3}) | {:.3} ({:.3}) | {:.3} ({:.3}) | {:.2} | {} |",
         kind.name(),
         taken.len(),
         outcomes.len(),

@@ -85,7 +85,7 @@ impl Fitted {
         self.sights.iter().flatten().filter(near).count() as f64 / self.sights.len().max(1) as f64
     }
 
-    /// The equations of the readings alone.
+    /// The equations of the readings, with what is known of place and plates beside the form of the curve.
     #[must_use]
     pub(crate) fn equations(&self) -> Arrow {
         let mut equations = self.state.arrow();
@@ -93,6 +93,7 @@ impl Fitted {
         if self.state.placed.is_some() {
             placed::add_loose_place(&mut equations, self.state.spline.control.len());
         }
+        self.state.add_plates(&mut equations);
         equations
     }
 
@@ -185,7 +186,6 @@ impl Terms<'_> {
         add_prior(&mut prior, &fitted.state);
         let mut equations = fitted.equations().plus(&prior, self.stiffness());
         add_known(&mut equations, &fitted.state.at, self.known);
-        fitted.state.add_plates(&mut equations);
         if fitted.state.placed.is_some() {
             placed::damp_place(&mut equations, fitted.state.spline.control.len());
         }

@@ -42,5 +42,6 @@ pub(crate) mod spline;
 pub(crate) mod starts;
 #[cfg(test)]
 mod tests;
+pub(crate) mod unbent;
 pub(crate) mod windows;
 pub(crate) mod with_plates;

@@ -49,7 +49,6 @@ impl Parts {
         let [mut prior, mut of_known] = [(); 2].map(|()| state.arrow());
         add_prior(&mut prior, state);
         add_known(&mut of_known, &fitted.state.at, known);
-        state.add_plates(&mut of_known);
         let of_plates = |plates: &Plates| (plates.squares(), plates.unknowns() - plates.priors());
         let (turned, free_angles) = state.plates.as_ref().map_or((0.0, 0), of_plates);
         let off = step_between(&fitted.state.at, &known.centre);

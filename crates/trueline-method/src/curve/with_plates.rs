@@ -5,6 +5,7 @@
 
 use crate::assess::outliers::Outliers;
 use crate::curve::answer::{Answered, Asked};
+use crate::curve::drift::DriftFree;
 use crate::curve::equations::{State, sights};
 use crate::curve::plate_sight::reach;
 use crate::curve::plates::{Direction, Plates};
@@ -23,29 +24,38 @@ const SPARE: usize = 1;
 
 /// The answer with the stripes.
 pub(crate) struct WithPlates {
-    /// The answer.
-    pub answer: Answered,
+    /// The answer, without a drift of its own.
+    pub free: DriftFree,
     /// Its readings: support points, and seam points where there are none.
-    pub readings: Readings,
+    readings: Readings,
 }
 
 impl WithPlates {
+    /// The support points of a reading; `None` where its seam point is used.
+    #[must_use]
+    pub(crate) fn supports(&self, k: usize) -> Option<&[SupportPoint; ROWS]> {
+        self.readings.list[k].supports.as_ref()
+    }
+
     /// Outliers among the frames with stripes.
     #[must_use]
     pub(crate) fn outliers(&self) -> Outliers {
-        let used = self.readings.list.iter().zip(&self.answer.finished.fitted.weights);
-        let weights = || used.clone().filter(|(reading, _)| reading.supports.is_some()).map(|(_, weight)| weight);
+        let used = self.readings.list.iter().zip(&self.free.answer.finished.fitted.weights);
+        let weights =
+            || used.clone().filter(|(reading, _)| reading.supports.is_some()).map(|(_, weight)| weight);
         Outliers { count: weights().filter(|weight| **weight == 0.0).count(), of: weights().count() }
     }
 }
 
 impl Asked<'_> {
-    /// The answer with the support points of each reading; `None` if they lie on no plates beside the curve.
+    /// The answer with the support points of each reading; `None` if they lie on no plates beside the curve. `rate_sigma_ppm` is the uncertainty of
+    /// the clock rates of the stamps.
     #[must_use]
     pub(crate) fn with_plates(
         &self,
         seam: &Answered,
         supports: &[Option<[SupportPoint; ROWS]>],
+        rate_sigma_ppm: f64,
     ) -> Option<WithPlates> {
         let mut readings = self.search.readings.clone();
         for (reading, supports) in readings.list.iter_mut().zip(supports) {
@@ -55,7 +65,8 @@ impl Asked<'_> {
         let finished = settled(&readings, state, None, seam.finished.first_length_m)?;
         let asked = Asked { search: Search { readings: &readings, ..self.search }, ..*self };
         let answer = asked.concluded(finished, seam.rivals.clone(), &seam.course, (false, None));
-        Some(WithPlates { answer, readings })
+        let free = asked.without_drift(answer, rate_sigma_ppm);
+        Some(WithPlates { free, readings })
     }
 }
 

@@ -6,6 +6,7 @@ mod plates;
 mod scan;
 
 use crate::calibrate::curved::models::of_curve;
+use crate::calibrate::curved::plates::Chosen;
 use crate::calibrate::curved::scan::Scan;
 use crate::calibration::Calibration;
 use crate::config::{Config, Measurements, ResidualKind, SensorMode, Target};
@@ -16,8 +17,7 @@ use crate::curve::registration::bends_m;
 use crate::curve::solve::READINGS_PER_KNOT;
 use crate::curve::spline::LEAST_CONTROL;
 use crate::error::Error;
-use crate::findings::{ClockFindings, Findings};
-use crate::hypotheses::drift_and_step::Drift;
+use crate::findings::Findings;
 use crate::models::Because;
 use crate::stripe::corners::with_corners;
 use crate::verdict::mistake::others_leave;
@@ -95,17 +95,17 @@ fn beside_line(
         Err(None) => return Ok(line),
     };
     let free = scan.asked(guess, config).without_drift(answer, scan.rate_sigma_ppm);
-    let scan = scan.dated(free.readings);
-    let (clock, answer) = (clock(free.drift, free.drifted), free.answer);
+    let Chosen { scan: dated, clock, answer, .. } = Chosen::of(&scan, free);
     let answer = match &config.seam_cad {
-        Some(cad) => scan.asked(guess, config).by_cad(answer, cad)?,
+        Some(cad) => dated.asked(guess, config).by_cad(answer, cad)?,
         None => answer,
     };
     let is_taken = is_forced || is_better(&line, &answer);
     if !is_taken {
         return Ok(with_curve_refused(line, &answer));
     }
-    let (answer, stripes) = scan.with_plates(recording, (guess, config), answer)?;
+    let seam = Chosen { scan: dated, clock, answer, stripes: None };
+    let Chosen { scan, clock, answer, stripes } = scan.chosen(recording, (guess, config), seam)?;
     let mut answer = scan.calibration(recording, guess, (line, clock), (&answer, stripes));
     answer.findings.unused_on_curve = unused.iter().map(|(option, _)| *option).collect();
     Ok(Calibration { verdict: verdict::of(&answer.findings), ..answer })
@@ -122,10 +122,6 @@ fn why_none(obstacle: Option<Obstacle>) -> &'static str {
         }
         None => "no curve explains most of the seam points to within half a millimetre",
     }
-}
-
-fn clock(drift: Option<Drift>, drifted: Option<Drift>) -> ClockFindings {
-    ClockFindings { drift, drifted, step: None, stepped: None, noise_factor_without_step: None }
 }
 
 /// The line's answer, with the reason that no curve was tested. A motion that is insufficient for a line is insufficient for a

@@ -5,79 +5,109 @@ use crate::calibrate::curved::scan::Scan;
 use crate::config::{Config, Measurements};
 use crate::curve::answer::Answered;
 use crate::curve::arrow::SHARED;
+use crate::curve::drift::DriftFree;
 use crate::curve::readings::SupportPoint;
 use crate::curve::rows::ROWS;
 use crate::curve::with_plates::WithPlates;
 use crate::error::Error;
 use crate::error::no_plates::NoPlates;
-use crate::stripe::agreement::sigmas_apart;
+use crate::findings::ClockFindings;
+use crate::stripe::agreement::{AGREEMENT_SIGMAS, sigmas_apart};
 use crate::stripe::frames::{Sight, StripeFrames, Support, frames};
-use crate::stripe::outcome::{Answer, Apart, Because, LEAST_WITH_BOTH, StripeEstimate, StripeOutcome, decided};
+use crate::stripe::outcome::{
+    Answer, Apart, Because, LEAST_WITH_BOTH, StripeEstimate, StripeOutcome, decided,
+};
 use crate::stripe::outlier_counts::OutlierCounts;
 use nalgebra::{DMatrix, DVector, Vector3};
 use trueline_dataset::{Guess, Recording};
 
-/// An answer, and what became of the stripes. `None` if there are none, or only seam points are requested.
-type Chosen = (Answered, Option<StripeOutcome>);
+/// An answer with what belongs to it.
+pub(crate) struct Chosen {
+    /// The scan with its stamps.
+    pub scan: Scan,
+    /// Its clock.
+    pub clock: ClockFindings,
+    /// The answer.
+    pub answer: Answered,
+    /// What became of the stripes; `None` if there are none, or only seam points are requested.
+    pub stripes: Option<StripeOutcome>,
+}
+
+impl Chosen {
+    /// An answer without drift to a scan.
+    #[must_use]
+    pub(crate) fn of(scan: &Scan, free: DriftFree) -> Self {
+        let DriftFree { answer, readings, drift, drifted } = free;
+        let clock =
+            ClockFindings { drift, drifted, step: None, stepped: None, noise_factor_without_step: None };
+        Self { scan: scan.dated(readings.as_ref()), clock, answer, stripes: None }
+    }
+}
 
 impl Scan {
     /// The answer of the seam points, or of the stripes beside them, as the user requests. Where a frame has no stripe on one of the plates, its seam
-    /// point is used.
+    /// point is used. The stripes have the recorded stamps: where seam points drift, these may not.
     ///
     /// # Errors
     /// The stripes were requested and cannot be used.
-    pub(crate) fn with_plates(
+    pub(crate) fn chosen(
         &self,
         recording: &Recording,
         (guess, config): (Option<&Guess>, &Config),
-        seam: Answered,
+        seam: Chosen,
     ) -> Result<Chosen, Error> {
         let is_asked = matches!(config.measurements, Measurements::Stripe | Measurements::Both);
         if config.measurements == Measurements::Seam || recording.stripes.is_empty() {
-            return if is_asked { Err(Error::NoStripes) } else { Ok((seam, None)) };
+            return if is_asked { Err(Error::NoStripes) } else { Ok(seam) };
         }
         let frames = frames(recording, &self.observations, Measurements::Both, config)?;
+        let found = usable(&seam.answer).and_then(|()| {
+            let asked = self.asked(guess, config);
+            let found = asked.with_plates(&seam.answer, &self.supports(&frames), self.rate_sigma_ppm);
+            let found = found.ok_or(Because::Plates(NoPlates::NoPlane))?;
+            let unbent = || asked.without_bends(&seam.answer, &found, self.rate_sigma_ppm);
+            let distance = Distance::between((&seam.answer, &found.free.answer), unbent);
+            let estimate = self.estimate(recording, config, (&seam.answer, &found), distance.sigmas);
+            Ok((found, estimate.map_err(Because::Plates)?, distance.is_of_bends))
+        });
         let kept = |because: Because, estimate: Option<StripeEstimate>| StripeOutcome {
             used: Measurements::Seam,
             because,
             frames: frames.total,
             with_both: frames.with_both,
-            skipped: frames.skipped_at(&self.observations, seam.at().time_offset_s),
+            skipped: frames.skipped_at(&self.observations, seam.answer.at().time_offset_s),
             stamped_later_s: frames.stamped_later_s,
             estimate: estimate.map(Box::new),
         };
-        let found = match usable(&seam) {
-            Ok(()) => self.asked(guess, config).with_plates(&seam, &self.supports(&frames)),
+        let (found, estimate, is_of_bends) = match found {
+            Ok(found) => found,
+            Err(Because::Plates(why)) if is_asked => return Err(Error::NoPlates { why }),
             Err(_) if is_asked => return Err(Error::StripesHeldAtGuess),
             Err(because) => {
-                let outcome = kept(because, None);
-                return Ok((seam, Some(outcome)));
-            }
-        };
-        let estimate = found.ok_or(NoPlates::NoPlane).and_then(|found| {
-            let estimate = self.estimate(recording, config, (&seam, &found))?;
-            Ok((found.answer, estimate))
-        });
-        let (answer, estimate) = match estimate {
-            Ok(found) => found,
-            Err(why) if is_asked => return Err(Error::NoPlates { why }),
-            Err(why) => {
-                let outcome = kept(Because::Plates(why), None);
-                return Ok((seam, Some(outcome)));
+                let stripes = Some(kept(because, None));
+                return Ok(Chosen { stripes, ..seam });
             }
         };
         let enough = frames.with_both as f64 >= LEAST_WITH_BOTH * frames.total as f64;
-        let because = match (is_asked, enough) {
+        let because = match (is_asked, enough || is_of_bends) {
             (true, _) => Because::Asked,
             (false, false) => Because::TooFewFrames,
-            (false, true) => decided(&estimate),
+            (false, true) => match decided(&estimate) {
+                // The seam points are the worse ones, however many and sure they are.
+                Because::KnowsLess if is_of_bends && estimate.stripe.seam_error.is_some() => {
+                    Because::Agreement
+                }
+                because => because,
+            },
         };
         let outcome = kept(because, Some(estimate));
         Ok(match because {
             Because::Asked | Because::Agreement => {
-                (answer, Some(StripeOutcome { used: Measurements::Both, ..outcome }))
+                let stripes = Some(StripeOutcome { used: Measurements::Both, ..outcome });
+                let scan = self.with_readings(found.as_measured(&self.readings));
+                Chosen { stripes, ..Chosen::of(&scan, found.free) }
             }
-            _ => (seam, Some(outcome)),
+            _ => Chosen { stripes: Some(outcome), ..seam },
         })
     }
 
@@ -104,6 +134,7 @@ impl Scan {
         recording: &Recording,
         config: &Config,
         (seam, found): (&Answered, &WithPlates),
+        sigmas_apart: Option<f64>,
     ) -> Result<StripeEstimate, NoPlates> {
         let outliers = found.outliers();
         let (rejected, stripes) = (2 * outliers.count, 2 * outliers.of);
@@ -126,13 +157,13 @@ impl Scan {
             planes: Vec::new(),
             angles: Vec::new(),
             steps: Vec::new(),
-            sigmas_apart: apart(seam, &found.answer),
-            apart: self.in_lengths(seam, &found.answer),
-            noise_factor: found.answer.finished.factor,
+            sigmas_apart,
+            apart: self.in_lengths(seam, &found.free.answer),
+            noise_factor: found.free.answer.finished.factor,
             counts,
             explains_robot: false,
             seam: answer(seam),
-            stripe: answer(&found.answer),
+            stripe: answer(&found.free.answer),
         })
     }
 
@@ -157,6 +188,24 @@ fn usable(seam: &Answered) -> Result<(), Because> {
         (true, _) => Err(Because::HeldAtGuess),
         (false, false) => Err(Because::ShowsLess),
         (false, true) => Ok(()),
+    }
+}
+
+/// Distance of the answers.
+struct Distance {
+    /// σ, without the part that the bends of the stripes explain.
+    sigmas: Option<f64>,
+    /// Whether they disagree but for that part: the seam points are beside the seam.
+    is_of_bends: bool,
+}
+
+impl Distance {
+    fn between((seam, plates): (&Answered, &Answered), unbent: impl Fn() -> Option<DriftFree>) -> Self {
+        let disagree = |sigmas: &f64| *sigmas >= AGREEMENT_SIGMAS;
+        let plain = apart(seam, plates);
+        let explained = plain.filter(disagree).and_then(|_| apart(&unbent()?.answer, plates));
+        let explained = explained.filter(|sigmas| !disagree(sigmas));
+        Self { sigmas: explained.or(plain), is_of_bends: explained.is_some() }
     }
 }
 

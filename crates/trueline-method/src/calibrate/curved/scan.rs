@@ -33,6 +33,7 @@ use trueline_geometry::Line;
 use trueline_lsq::{Loss, Termination};
 
 /// A scan as input of a curve's estimate.
+#[derive(Clone)]
 pub(crate) struct Scan {
     /// Its seam points, with all that the recording says of them.
     pub observations: Observations,
@@ -88,14 +89,21 @@ impl Scan {
     }
 
     /// The same with readings that got new stamps, if any did.
-    pub(crate) fn dated(mut self, readings: Option<Readings>) -> Self {
-        if let Some(readings) = readings {
-            for (observation, reading) in self.observations.list.iter_mut().zip(&readings.list) {
-                observation.stamp_s = reading.stamp_s;
-            }
-            self.readings = readings;
+    #[must_use]
+    pub(crate) fn dated(&self, readings: Option<&Readings>) -> Self {
+        let mut dated = self.clone();
+        let stamps = readings.iter().flat_map(|readings| readings.list.iter().map(|reading| reading.stamp_s));
+        let own = dated.observations.list.iter_mut().zip(&mut dated.readings.list);
+        for ((observation, reading), stamp_s) in own.zip(stamps) {
+            (observation.stamp_s, reading.stamp_s) = (stamp_s, stamp_s);
         }
-        self
+        dated
+    }
+
+    /// The same with other readings of the same seam points.
+    #[must_use]
+    pub(crate) fn with_readings(&self, readings: Readings) -> Self {
+        Self { readings, ..self.clone() }
     }
 
     pub(crate) fn asked<'a>(&'a self, guess: Option<&'a Guess>, config: &'a Config) -> Asked<'a> {

@@ -1,0 +1,81 @@
+//! Seam points without the bend of their stripes.
+//!
+//! A detector lays a straight line through each stripe, and its seam point is where both meet. The stripe of a surface beside a curve is bent, so
+//! that point is not on the seam. With the plates of an answer the difference is known: both support points of a plate lie on its predicted stripe.
+
+use crate::curve::answer::{Answered, Asked};
+use crate::curve::drift::DriftFree;
+use crate::curve::readings::Readings;
+use crate::curve::rows::ROWS;
+use crate::curve::sight::{ByForm, sight};
+use crate::curve::solve::{Search, refined};
+use crate::curve::with_plates::WithPlates;
+use crate::order_statistics::median;
+use nalgebra::{Matrix2, Vector2};
+
+impl Asked<'_> {
+    /// The answer of the seam points if each is where two straight lines meet, by the bends of an answer with plates. `rate_sigma_ppm` is the
+    /// uncertainty of the clock rates of the stamps.
+    #[must_use]
+    pub(crate) fn without_bends(
+        &self,
+        seam: &Answered,
+        plates: &WithPlates,
+        rate_sigma_ppm: f64,
+    ) -> Option<DriftFree> {
+        let readings = plates.unbent(self.search.readings);
+        let finished = refined(&readings, &seam.finished)?;
+        let asked = Asked { search: Search { readings: &readings, ..self.search }, ..*self };
+        let answer = asked.concluded(finished, seam.rivals.clone(), &seam.course, (false, None));
+        Some(asked.without_drift(answer, rate_sigma_ppm))
+    }
+}
+
+impl WithPlates {
+    /// The same seam points, without the distance of the predicted lines' crossing from the seam.
+    #[must_use]
+    pub(crate) fn unbent(&self, readings: &Readings) -> Readings {
+        let mut unbent = readings.clone();
+        for (k, reading) in unbent.list.iter_mut().enumerate() {
+            if let Some(off_m) = off_m(readings, self, k) {
+                reading.off_m.fixed_rows_mut::<2>(0).copy_from(&off_m);
+            }
+        }
+        unbent
+    }
+}
+
+impl WithPlates {
+    /// The seam points as they were probably measured: with the bends of their stripes or without, whichever is nearer to the answer.
+    #[must_use]
+    pub(crate) fn as_measured(&self, readings: &Readings) -> Readings {
+        let unbent = self.unbent(readings);
+        let median = |readings: &Readings| {
+            let (sights, whiteners) = self.free.answer.seam_points(readings);
+            let squared =
+                sights.iter().zip(&whiteners).filter_map(|(seen, w)| Some(seen.as_ref()?.squared(w)));
+            median(squared).unwrap_or(f64::INFINITY)
+        };
+        if median(&unbent) < median(readings) { unbent } else { readings.clone() }
+    }
+}
+
+/// Distance of the predicted lines' crossing from the predicted seam point, in the sheet, m. `None` without stripes.
+fn off_m(readings: &Readings, plates: &WithPlates, k: usize) -> Option<Vector2<f64>> {
+    let fitted = &plates.free.answer.finished.fitted;
+    let seen = fitted.sights[k].as_ref()?;
+    let (ByForm::Feet(feet), Some(supports)) = (&seen.by_form, plates.supports(k)) else { return None };
+    let on_stripe: [Vector2<f64>; ROWS] =
+        std::array::from_fn(|row| supports[row].in_sheet - feet[row].normal * seen.residual[row]);
+    let normal = |plate: usize| {
+        let along = on_stripe[2 * plate + 1] - on_stripe[2 * plate];
+        Vector2::new(-along.y, along.x).normalize()
+    };
+    let normals = [normal(0), normal(1)];
+    let both = Matrix2::from_rows(&normals.map(|normal| normal.transpose()));
+    let crossing =
+        both.try_inverse()? * Vector2::new(normals[0].dot(&on_stripe[0]), normals[1].dot(&on_stripe[2]));
+    let reading = &readings.list[k];
+    let point = sight(readings, reading, &fitted.state.at, &fitted.state.spline, seen.u_m)?;
+    Some(crossing - (reading.in_sheet - point.of_point()?))
+}
