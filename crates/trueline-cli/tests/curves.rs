@@ -118,6 +118,11 @@ fn what_a_curve_has_no_use_for_is_refused() {
         (&["--tilt-deg", "5"], "--tilt-deg"),
         (&["--seam-passes", "0"], "--seam-passes"),
         (&["--seam-part-moves", "0.3,9"], "0.3,0.1"),
+        (&["--plates", "--bow-mm", "0.2"], "--bow-mm"),
+        (&["--plates", "--roughness-mm", "0.02"], "--roughness-mm"),
+        (&["--plates", "--step-mm", "3"], "--step-mm"),
+        (&["--plates", "--column-noise-px", "0.5"], "--column-noise-px"),
+        (&["--plates", "--profile-look", "mixed=0.1"], "--profile-look"),
     ] {
         let output =
             trueline(folder, &[&["simulate", "--seam", "arc", "--out", "scan"][..], options].concat());
@@ -127,6 +132,50 @@ fn what_a_curve_has_no_use_for_is_refused() {
     cast(folder, &["arc"], "arc");
     let output = trueline(folder, &["calibrate", "arc", "--target", "curve", "--residual", "point-to-line"]);
     assert_eq!(code(&output), 2, "{}", words(&output));
+}
+
+/// Columns of a table by name.
+fn columns<const N: usize>(file: &Path, names: [&str; N]) -> Vec<[f64; N]> {
+    let text = fs::read_to_string(file).unwrap();
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let at = names.map(|name| header.iter().position(|of| *of == name).unwrap());
+    lines.map(|row| at.map(|column| row[column].parse().unwrap())).collect()
+}
+
+#[test]
+fn stripes_beside_a_curve_are_written_and_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    cast(folder, &["pipe", "--plates", "--seed", "3", "--outliers", "0"], "pipe");
+    let names = ["time_s", "plate", "x1_mm", "z1_mm", "x2_mm", "z2_mm", "sigma_mm"];
+    let stripes = columns(&folder.join("pipe/stripes.csv"), names);
+    let features = columns(&folder.join("pipe/features.csv"), ["time_s", "x_mm", "z_mm"]);
+    assert!(features.len() > 600, "{}", features.len());
+    assert_eq!(stripes.len(), 2 * features.len());
+    for (both, [time_s, x, z]) in stripes.chunks(2).zip(features) {
+        for (stripe, number) in both.iter().zip([0.0, 1.0]) {
+            let [stamp_s, plate, x1, z1, x2, z2, sigma_mm] = *stripe;
+            assert_eq!((stamp_s, plate), (time_s, number));
+            // 40 points with noise of 0.04 mm.
+            assert!((sigma_mm - 0.04 * (2.0_f64 / 40.0).sqrt()).abs() < 1e-9, "{sigma_mm}");
+            // The seam point is on both lines.
+            let away = (x - x1) * (z2 - z1) - (z - z1) * (x2 - x1);
+            assert!(away.abs() / (x2 - x1).hypot(z2 - z1) < 1e-6, "{away}");
+        }
+    }
+    let sigmas = columns(&folder.join("pipe/features.csv"), ["sigma_x_mm", "sigma_z_mm"]);
+    // Lines square to each other that are extrapolated by 2.2 standard deviations of their places: ± 1.7 times that of a
+    // support point. Tilts change the angles by a third.
+    assert!(sigmas.iter().flatten().all(|sigma_mm| (0.01..0.03).contains(sigma_mm)));
+    let read = trueline_dataset::folder::read(&folder.join("pipe")).unwrap();
+    assert_eq!((read.features.len(), read.stripes.len()), (stripes.len() / 2, stripes.len()));
+
+    // Beside a line the estimator has no knowledge of how they were cast.
+    cast(folder, &["straight", "--plates", "--seed", "3"], "straight");
+    let result = calibrated(folder, &["straight", "--use", "stripe"], 0);
+    // Four numbers beyond four standard deviations: one run in 4,000.
+    assert!(off_in_sigmas(&result, &truth(&folder.join("straight"))) < 4.0, "{result:#}");
 }
 
 #[test]

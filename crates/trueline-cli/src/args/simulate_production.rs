@@ -21,7 +21,7 @@ pub(crate) struct ProductionArgs {
 
 /// Options that do not apply to a production: its layout has its own scans.
 fn not_of_production() -> Vec<&'static str> {
-    [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "of_profiles", "of_profiles_alone", "images"]].concat()
+    [&SEAM_SCAN_OPTIONS[..], &["time_offset_ms", "profile_look", "of_profiles_alone", "images"]].concat()
 }
 
 static LAYOUTS: [Choice<Layout>; 6] = [

@@ -28,7 +28,7 @@ fn not_of_shops() -> Vec<&'static str> {
 }
 
 /// Options of plates elsewhere: a shop draws its own, and a curve has its own.
-pub(crate) const DRAWN_PLATES: [&str; 11] = [
+pub(crate) const DRAWN_PLATES: [&str; 12] = [
     "bow_mm",
     "twist_mm",
     "roughness_mm",
@@ -39,7 +39,8 @@ pub(crate) const DRAWN_PLATES: [&str; 11] = [
     "mismatch_mm",
     "column_noise_px",
     "parquet",
-    "of_profiles",
+    "profile_look",
+    "of_profiles_alone",
 ];
 
 static LEVELS: [Choice<Level>; 3] = [
