@@ -6,6 +6,9 @@ use nalgebra::{Vector2, Vector3};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// The surfaces beside a curved seam, and how a profiler looks at them.
+///
+/// Straight lines through light on bent surfaces meet beside the seam: with these defaults and no noise 0.009 mm (RMS) beside an arc,
+/// 0.05 mm beside a pipe and a corner, 0.04 to 0.06 mm beside free and wavy seams, and 0.27 mm beside a saddle. A shorter reach is better.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BesideCurve {
     /// Measured range of each surface, from the seam, m.
@@ -35,7 +38,8 @@ impl BesideCurve {
 /// A surface beside a curved seam.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Plate 0: outward of an arc, a pipe or a corner. Beside a saddle it is the pipe of 80 mm radius.
+    /// Plate 0: outward of an arc, a pipe or a corner. Beside a saddle it is the pipe of 80 mm radius. In one loop of an
+    /// eight it is inside, where it almost meets itself: some frames have no light there.
     Floor,
     /// Plate 1: along the part's z axis, of `Wavy` and `Free` square to the seam.
     Wall,
