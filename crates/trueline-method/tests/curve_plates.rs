@@ -69,7 +69,7 @@ fn bent_stripes_spoil_seam_points_and_not_the_answer() {
         let found = calibrate(&recording, None, &config(Measurements::Auto)).unwrap();
         assert_eq!(found.status(), Status::Accepted, "{} {seed}: {:?}", kind.name(), found.reasons());
         let StripeOutcome { used, because, .. } = stripes(&found);
-        assert_eq!((*used, *because), (Measurements::Both, Because::Agreement), "{} {seed}", kind.name());
+        assert_eq!((*used, *because), (Measurements::Stripe, Because::Agreement), "{} {seed}", kind.name());
         let own = squared_sigmas(&found, &truth);
         assert!(own < RARE.0, "{} {seed}: {own}", kind.name());
         sum += own;
@@ -80,9 +80,9 @@ fn bent_stripes_spoil_seam_points_and_not_the_answer() {
     assert!(of_seam > 2.0 * RARE.0, "the simulated stripes are not bent: {of_seam}");
 }
 
-/// Frames with a stripe on one plate alone give their seam points, and the rest of them counts.
+/// Frames with a stripe on one plate alone give their seam points if both are asked for, and else nothing.
 #[test]
-fn frames_without_both_stripes_are_used_as_seam_points() {
+fn frames_without_both_stripes_are_used_as_asked() {
     let (mut recording, truth) = recorded(&scan(CurveKind::Arc), 4);
     let all = calibrate(&recording, None, &config(Measurements::Both)).unwrap();
     let mut number = 0;
@@ -93,8 +93,12 @@ fn frames_without_both_stripes_are_used_as_seam_points() {
     let some = calibrate(&recording, None, &config(Measurements::Both)).unwrap();
     assert!(stripes(&some).with_both < stripes(&all).with_both);
     assert!(squared_sigmas(&some, &truth) < 29.9);
-    // A third of the frames says less.
-    assert!(some.sigma(0).unwrap() > all.sigma(0).unwrap());
+    let alone = calibrate(&recording, None, &config(Measurements::Stripe)).unwrap();
+    assert_eq!([&some, &alone].map(|found| stripes(found).used), [Measurements::Both, Measurements::Stripe]);
+    assert!(squared_sigmas(&alone, &truth) < 29.9);
+    // Seam points say less than stripes, and more than nothing.
+    let sigmas = [&all, &some, &alone].map(|found| found.sigma(0).unwrap());
+    assert!(sigmas[0] < sigmas[1] && sigmas[1] < sigmas[2], "{sigmas:?}");
 }
 
 /// A clock that runs fast by 100 ppm: 2 ms in 20 s, twenty times the ± of the offset.
@@ -109,7 +113,7 @@ fn a_drift_is_taken_out_of_the_stripes_as_well() {
     let found = calibrate(&recording, None, &config(Measurements::Auto)).unwrap();
     let drift = found.findings.clock.drifted.expect("it is seen");
     assert!((drift.ppm - PPM).abs() < 4.0 * drift.sigma_ppm, "{drift:?}");
-    assert_eq!(stripes(&found).used, Measurements::Both);
+    assert_eq!(stripes(&found).used, Measurements::Stripe);
     assert!(squared_sigmas(&found, &truth) < 29.9);
 }
 
@@ -131,6 +135,6 @@ fn plates_with_the_wrong_number_are_left_out() {
         pair.iter_mut().for_each(|stripe| stripe.plate = 1 - stripe.plate);
     }
     let found = calibrate(&recording, None, &config(Measurements::Auto)).unwrap();
-    assert_eq!(stripes(&found).used, Measurements::Both, "{:?}", stripes(&found).because);
+    assert_eq!(stripes(&found).used, Measurements::Stripe, "{:?}", stripes(&found).because);
     assert!(squared_sigmas(&found, &truth) < 29.9, "{}", squared_sigmas(&found, &truth));
 }

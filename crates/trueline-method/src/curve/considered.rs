@@ -160,7 +160,7 @@ impl ShapeError {
         let exact = SheetShape::exact_about(&self.origin_m);
         let by_reading = |(k, reading): (usize, &Reading)| {
             let moved = |in_sheet: &Vector2<f64>| Some(exact.d_corrected_d_shape(in_sheet)? * half);
-            match (&fitted.sights[k].as_ref()?.by_form, &reading.supports) {
+            match (&fitted.sights[k].as_ref()?.by_form, reading.supports()) {
                 (ByForm::Feet(feet), Some(supports)) => {
                     let mut by = Moved::zeros(half.ncols());
                     for (row, (foot, support)) in feet.iter().zip(supports).enumerate() {

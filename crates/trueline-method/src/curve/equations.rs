@@ -4,7 +4,7 @@ use crate::curve::arrow::{Arrow, CUBIC, SHARED};
 use crate::curve::placed::{PLACE, Placed};
 use crate::curve::plate_sight::plate_sight;
 use crate::curve::plates::Plates;
-use crate::curve::readings::{Reading, Readings};
+use crate::curve::readings::{Light, Reading, Readings};
 use crate::curve::rows::{ROWS, Rows, Whitener, whitener};
 use crate::curve::sight::{ByForm, Sight, sight};
 use crate::curve::spline::{Spline, THIRD};
@@ -223,8 +223,9 @@ impl Known {
 /// The sights of all readings at a state.
 #[must_use]
 pub(crate) fn sights(readings: &Readings, state: &State) -> Vec<Option<Sight>> {
-    let of = |(reading, u_m): (&Reading, &f64)| match (&reading.supports, &state.plates) {
-        (Some(supports), Some(plates)) => {
+    let of = |(reading, u_m): (&Reading, &f64)| match (&reading.light, &state.plates) {
+        (Light::Unused, _) => None,
+        (Light::Supports(supports), Some(plates)) => {
             plate_sight((readings, reading, supports), &state.at, (plates, &state.spline), *u_m)
         }
         _ => sight(readings, reading, &state.at, &state.spline, *u_m),
@@ -235,7 +236,7 @@ pub(crate) fn sights(readings: &Readings, state: &State) -> Vec<Option<Sight>> {
 /// The whitener of each reading at a state: noise of feature, robot and stamp.
 #[must_use]
 pub(crate) fn whiteners(readings: &Readings, sights: &[Option<Sight>]) -> Vec<Whitener> {
-    let of = |(reading, sight): (&Reading, &Option<Sight>)| match (&reading.supports, sight) {
+    let of = |(reading, sight): (&Reading, &Option<Sight>)| match (reading.supports(), sight) {
         (Some(supports), Some(seen)) if seen.rows == ROWS => {
             let own = Whitener::from_diagonal(&Rows::from_fn(|k, _| supports[k].variance));
             let by_time = seen.by_shared.column(0);

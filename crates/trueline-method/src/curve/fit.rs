@@ -159,7 +159,7 @@ impl Terms<'_> {
         let (mut weights, mut cost) = (Vec::with_capacity(sights.len()), 0.0);
         for (k, seen) in sights.iter().enumerate() {
             let squared = seen.as_ref().map_or(UNREACHED, |seen| seen.squared(&whiteners[k]));
-            let pairs = if self.readings.list[k].supports.is_some() { PAIRS_OF_SUPPORTS } else { 1.0 };
+            let pairs = if self.readings.list[k].supports().is_some() { PAIRS_OF_SUPPORTS } else { 1.0 };
             if let Some(seen) = seen {
                 state.u_m[k] = seen.u_m;
             }

@@ -47,7 +47,7 @@ impl PartMoves {
         for (reading, _) in readings.list.iter_mut().zip(doubtful).filter(|(_, is_near)| *is_near) {
             reading.covariance[0] += self.shift_m.powi(2);
             reading.covariance[2] += self.shift_m.powi(2);
-            for support in reading.supports.iter_mut().flatten() {
+            for support in reading.supports_mut() {
                 support.variance += self.shift_m.powi(2);
             }
         }

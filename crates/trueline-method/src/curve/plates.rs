@@ -19,8 +19,10 @@ use std::sync::Arc;
 const KNOTS_M: f64 = 10e-3;
 /// Third differences of the angles, rad: a plate may turn by this much over a few knots.
 const BENDS_RAD: f64 = 0.1;
-/// Angles farther than this from the first fit are those of wrong stripes, rad.
-const WRONG_RAD: f64 = 0.2;
+/// Noise of the angle of a stripe, rad, in the first fit …
+const NOISE_RAD: f64 = 0.01;
+/// … and its rounds of weights.
+const ROUNDS: usize = 10;
 /// Maximum number of control points of the angles.
 const MOST_CONTROL: usize = 80;
 
@@ -82,12 +84,12 @@ impl Plates {
             .iter()
             .map(|(u_m, angles)| (*u_m, Vector3::new(about(0, angles[0]), about(1, angles[1]), 0.0), 1.0))
             .collect();
-        for _ in 0..2 {
+        for _ in 0..ROUNDS {
             let most = control;
             plates.angles = Spline::through(&samples, seam.span_m(), spacing_m, closed, most)?;
             for (u_m, angles, weight) in &mut samples {
-                let off = (plates.angles.point(*u_m) - *angles).amax();
-                *weight = if off < WRONG_RAD { 1.0 } else { 1e-6 };
+                // The least sum of distances, which a minority of wrong stripes does not move.
+                *weight = 1.0 / ((plates.angles.point(*u_m) - *angles).amax() + NOISE_RAD);
             }
         }
         Some(plates)

@@ -24,8 +24,38 @@ pub(crate) struct Reading {
     pub line: u32,
     /// Estimated errors that are taken out of each row, m.
     pub off_m: Rows,
-    /// The support points of the same light: two on the first plate, two on the second. With them the seam point is not used.
-    pub supports: Option<[SupportPoint; ROWS]>,
+    /// The part of its light that is used.
+    pub light: Light,
+}
+
+/// The part of a reading's light that is used. The seam point comes from the same light as the support points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Light {
+    /// The seam point.
+    Point,
+    /// The support points of the stripes: two on the first plate, two on the second.
+    Supports([SupportPoint; ROWS]),
+    /// Nothing.
+    Unused,
+}
+
+impl Reading {
+    /// Its support points, if these are used.
+    #[must_use]
+    pub(crate) fn supports(&self) -> Option<&[SupportPoint; ROWS]> {
+        match &self.light {
+            Light::Supports(supports) => Some(supports),
+            Light::Point | Light::Unused => None,
+        }
+    }
+
+    /// The same, to change them.
+    pub(crate) fn supports_mut(&mut self) -> &mut [SupportPoint] {
+        match &mut self.light {
+            Light::Supports(supports) => supports,
+            Light::Point | Light::Unused => &mut [],
+        }
+    }
 }
 
 /// A support point of a stripe: its distance from the stripe, measured square to it.
@@ -64,7 +94,7 @@ impl Readings {
             row: o.row,
             line: o.line,
             off_m: Rows::zeros(),
-            supports: None,
+            light: Light::Point,
         });
         Self {
             list: list.collect(),
@@ -99,7 +129,7 @@ impl Readings {
         };
         for reading in &mut corrected.list {
             moved(&mut reading.point, &mut reading.in_sheet);
-            for support in reading.supports.iter_mut().flatten() {
+            for support in reading.supports_mut() {
                 moved(&mut support.point, &mut support.in_sheet);
             }
         }

@@ -12,7 +12,7 @@ use crate::curve::joint::first_curve;
 use crate::curve::knots::reknotted;
 use crate::curve::motion::Motion;
 use crate::curve::order::{Obstacle, Ordered, obstacle, ordered, ordered_by};
-use crate::curve::readings::{Reading, Readings};
+use crate::curve::readings::{Light, Reading, Readings};
 use crate::curve::rows::{Rows, Whitener};
 use crate::curve::seen::Seen;
 use crate::curve::sight::step_between;
@@ -50,7 +50,7 @@ fn readings(recording: &Recording, is_exact: bool) -> (Readings, Guess) {
             row: row as u32,
             line: feature.line,
             off_m: Rows::zeros(),
-            supports: None,
+            light: Light::Point,
         }
     });
     let readings = Readings {

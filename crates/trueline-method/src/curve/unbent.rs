@@ -5,7 +5,7 @@
 
 use crate::curve::answer::{Answered, Asked};
 use crate::curve::drift::DriftFree;
-use crate::curve::readings::Readings;
+use crate::curve::readings::{Light, Readings};
 use crate::curve::rows::ROWS;
 use crate::curve::sight::{ByForm, sight};
 use crate::curve::solve::{Search, refined};
@@ -14,8 +14,8 @@ use crate::order_statistics::median;
 use nalgebra::{Matrix2, Vector2};
 
 impl Asked<'_> {
-    /// The answer of the seam points if each is where two straight lines meet, by the bends of an answer with plates. `rate_sigma_ppm` is the
-    /// uncertainty of the clock rates of the stamps.
+    /// The answer of the seam points if each is where two straight lines meet, by the bends of an answer with plates. Where that has no stripes the bend
+    /// is unknown, and the seam point is not used. `rate_sigma_ppm` is the uncertainty of the clock rates of the stamps.
     #[must_use]
     pub(crate) fn without_bends(
         &self,
@@ -23,7 +23,12 @@ impl Asked<'_> {
         plates: &WithPlates,
         rate_sigma_ppm: f64,
     ) -> Option<DriftFree> {
-        let readings = plates.unbent(self.search.readings);
+        let mut readings = plates.unbent(self.search.readings);
+        for (k, reading) in readings.list.iter_mut().enumerate() {
+            if !plates.explains(k) {
+                reading.light = Light::Unused;
+            }
+        }
         let finished = refined(&readings, &seam.finished)?;
         let asked = Asked { search: Search { readings: &readings, ..self.search }, ..*self };
         let answer = asked.concluded(finished, seam.rivals.clone(), &seam.course, (false, None));
@@ -32,12 +37,17 @@ impl Asked<'_> {
 }
 
 impl WithPlates {
+    /// Whether the stripes of a reading lie on the plates.
+    fn explains(&self, k: usize) -> bool {
+        self.supports(k).is_some() && self.free.answer.finished.fitted.weights[k] > 0.0
+    }
+
     /// The same seam points, without the distance of the predicted lines' crossing from the seam.
     #[must_use]
     pub(crate) fn unbent(&self, readings: &Readings) -> Readings {
         let mut unbent = readings.clone();
         for (k, reading) in unbent.list.iter_mut().enumerate() {
-            if let Some(off_m) = off_m(readings, self, k) {
+            if let Some(off_m) = self.explains(k).then(|| off_m(readings, self, k)).flatten() {
                 reading.off_m.fixed_rows_mut::<2>(0).copy_from(&off_m);
             }
         }

@@ -1,7 +1,6 @@
 //! The answer with the plates beside the curve: the stripes of a frame instead of its seam point.
 //!
-//! The fit begins at the answer of the seam points. A frame keeps its seam point where it has no stripe on one of the plates, and where a stripe has no
-//! clear foot on the seam: at the inside of a corner, and at the ends.
+//! The fit begins at the answer of the seam points. A stripe has no clear foot on the seam at the inside of a corner, and at the ends.
 
 use crate::assess::outliers::Outliers;
 use crate::curve::answer::{Answered, Asked};
@@ -9,7 +8,7 @@ use crate::curve::drift::DriftFree;
 use crate::curve::equations::{State, sights};
 use crate::curve::plate_sight::reach;
 use crate::curve::plates::{Direction, Plates};
-use crate::curve::readings::{Readings, SupportPoint};
+use crate::curve::readings::{Light, Readings, SupportPoint};
 use crate::curve::rows::ROWS;
 use crate::curve::sight::{HandEye, Sight, moving};
 use crate::curve::solve::{Search, settled};
@@ -34,7 +33,7 @@ impl WithPlates {
     /// The support points of a reading; `None` where its seam point is used.
     #[must_use]
     pub(crate) fn supports(&self, k: usize) -> Option<&[SupportPoint; ROWS]> {
-        self.readings.list[k].supports.as_ref()
+        self.readings.list[k].supports()
     }
 
     /// Outliers among the frames with stripes.
@@ -42,26 +41,27 @@ impl WithPlates {
     pub(crate) fn outliers(&self) -> Outliers {
         let used = self.readings.list.iter().zip(&self.free.answer.finished.fitted.weights);
         let weights =
-            || used.clone().filter(|(reading, _)| reading.supports.is_some()).map(|(_, weight)| weight);
+            || used.clone().filter(|(reading, _)| reading.supports().is_some()).map(|(_, weight)| weight);
         Outliers { count: weights().filter(|weight| **weight == 0.0).count(), of: weights().count() }
     }
 }
 
 impl Asked<'_> {
-    /// The answer with the support points of each reading; `None` if they lie on no plates beside the curve. `rate_sigma_ppm` is the uncertainty of
+    /// The answer with the light of each reading; `None` if the support points lie on no plates beside the curve. A reading whose stripes have no clear
+    /// foot has that of the others. `rate_sigma_ppm` is the uncertainty of
     /// the clock rates of the stamps.
     #[must_use]
     pub(crate) fn with_plates(
         &self,
         seam: &Answered,
-        supports: &[Option<[SupportPoint; ROWS]>],
+        (lights, others): (&[Light], Light),
         rate_sigma_ppm: f64,
     ) -> Option<WithPlates> {
         let mut readings = self.search.readings.clone();
-        for (reading, supports) in readings.list.iter_mut().zip(supports) {
-            reading.supports = *supports;
+        for (reading, light) in readings.list.iter_mut().zip(lights) {
+            reading.light = *light;
         }
-        let state = first(&mut readings, seam)?;
+        let state = first(&mut readings, seam, others)?;
         let finished = settled(&readings, state, None, seam.finished.first_length_m)?;
         let asked = Asked { search: Search { readings: &readings, ..self.search }, ..*self };
         let answer = asked.concluded(finished, seam.rivals.clone(), &seam.course, (false, None));
@@ -70,8 +70,8 @@ impl Asked<'_> {
     }
 }
 
-/// The seam points' answer with the plates that the stripes show. Readings whose stripes have no clear foot lose them.
-fn first(readings: &mut Readings, seam: &Answered) -> Option<State> {
+/// The seam points' answer with the plates that the stripes show. Readings whose stripes have no clear foot have the light of the others.
+fn first(readings: &mut Readings, seam: &Answered, others: Light) -> Option<State> {
     let mut state = State { plates: None, ..seam.finished.fitted.state.clone() };
     let weights = &seam.finished.fitted.weights;
     let inliers = (0..readings.list.len()).filter(|k| weights[*k] > 0.0);
@@ -88,7 +88,9 @@ fn first(readings: &mut Readings, seam: &Answered) -> Option<State> {
     }
     for (reading, seen) in readings.list.iter_mut().zip(&seen) {
         let reaches = seen.as_ref().and_then(|seen| reach(seen, &state.spline));
-        reading.supports = reading.supports.filter(|_| reaches.is_some_and(|reach| reach <= farthest));
+        if reading.supports().is_some() && reaches.is_none_or(|reach| reach > farthest) {
+            reading.light = others;
+        }
     }
     let seen = sights(readings, &state);
     for (u_m, seen) in state.u_m.iter_mut().zip(&seen) {
@@ -100,7 +102,7 @@ fn first(readings: &mut Readings, seam: &Answered) -> Option<State> {
 /// Directions of the plates at a reading, in base; `None` without stripes on both.
 fn direction(readings: &Readings, state: &State, k: usize) -> Option<Direction> {
     let reading = &readings.list[k];
-    let (supports, moving) = (reading.supports?, moving(readings, reading, &state.at)?);
+    let (supports, moving) = (reading.supports()?, moving(readings, reading, &state.at)?);
     let hand_eye = HandEye::of(&state.at);
     let points = supports.map(|support| moving.position + moving.attitude * hand_eye.in_tool(&support.point));
     let seam = state.spline.point(state.u_m[k]);

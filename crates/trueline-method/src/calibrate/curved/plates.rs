@@ -6,8 +6,7 @@ use crate::config::{Config, Measurements};
 use crate::curve::answer::Answered;
 use crate::curve::arrow::SHARED;
 use crate::curve::drift::DriftFree;
-use crate::curve::readings::SupportPoint;
-use crate::curve::rows::ROWS;
+use crate::curve::readings::{Light, SupportPoint};
 use crate::curve::with_plates::WithPlates;
 use crate::error::Error;
 use crate::error::no_plates::NoPlates;
@@ -45,8 +44,8 @@ impl Chosen {
 }
 
 impl Scan {
-    /// The answer of the seam points, or of the stripes beside them, as the user requests. Where a frame has no stripe on one of the plates, its seam
-    /// point is used. The stripes have the recorded stamps: where seam points drift, these may not.
+    /// The answer of the seam points, or of the stripes beside them, as the user requests. A frame without a stripe on one of the plates gives its seam
+    /// point only if both are requested. The stripes have the recorded stamps: where seam points drift, these may not.
     ///
     /// # Errors
     /// The stripes were requested and cannot be used.
@@ -61,9 +60,14 @@ impl Scan {
             return if is_asked { Err(Error::NoStripes) } else { Ok(seam) };
         }
         let frames = frames(recording, &self.observations, Measurements::Both, config)?;
+        let (used, others) = match config.measurements {
+            Measurements::Both => (Measurements::Both, Light::Point),
+            _ => (Measurements::Stripe, Light::Unused),
+        };
         let found = usable(&seam.answer).and_then(|()| {
             let asked = self.asked(guess, config);
-            let found = asked.with_plates(&seam.answer, &self.supports(&frames), self.rate_sigma_ppm);
+            let found =
+                asked.with_plates(&seam.answer, (&self.lights(&frames, others), others), self.rate_sigma_ppm);
             let found = found.ok_or(Because::Plates(NoPlates::NoPlane))?;
             let unbent = || asked.without_bends(&seam.answer, &found, self.rate_sigma_ppm);
             let distance = Distance::between((&seam.answer, &found.free.answer), unbent);
@@ -103,7 +107,7 @@ impl Scan {
         let outcome = kept(because, Some(estimate));
         Ok(match because {
             Because::Asked | Because::Agreement => {
-                let stripes = Some(StripeOutcome { used: Measurements::Both, ..outcome });
+                let stripes = Some(StripeOutcome { used, ..outcome });
                 let scan = self.with_readings(found.as_measured(&self.readings));
                 Chosen { stripes, ..Chosen::of(&scan, found.free) }
             }
@@ -111,21 +115,21 @@ impl Scan {
         })
     }
 
-    /// The support points of each reading with stripes on both plates.
-    fn supports(&self, frames: &StripeFrames) -> Vec<Option<[SupportPoint; ROWS]>> {
+    /// The light of each reading: the support points of those with stripes on both plates, and that of the others.
+    fn lights(&self, frames: &StripeFrames, others: Light) -> Vec<Light> {
         let sheet = &self.observations.sheet;
         let point = |support: Support| SupportPoint {
             point: sheet.point(&support.reported),
             in_sheet: support.reported,
             variance: support.sigma_m.powi(2),
         };
-        let mut supports = vec![None; self.readings.list.len()];
+        let mut lights = vec![others; self.readings.list.len()];
         for frame in &frames.list {
             if let (Sight::Stripes([Some([a, b]), Some([c, d])]), Some(seam)) = (&frame.sight, &frame.edge) {
-                supports[seam.observation] = Some([*a, *b, *c, *d].map(point));
+                lights[seam.observation] = Light::Supports([*a, *b, *c, *d].map(point));
             }
         }
-        supports
+        lights
     }
 
     /// Both answers and the distance between them.

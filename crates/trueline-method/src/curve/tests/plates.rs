@@ -46,7 +46,7 @@ fn with_supports(kind: CurveKind) -> (Readings, State) {
         let supports: [SupportPoint; ROWS] = places.map(|(ahead_m, reach_m, plate)| {
             support(&readings, &reading, &state, (u_m + ahead_m, reach_m, plate))
         });
-        readings.list[k].supports = Some(supports);
+        readings.list[k].light = Light::Supports(supports);
     }
     (readings, state)
 }
