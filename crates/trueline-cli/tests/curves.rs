@@ -171,6 +171,15 @@ fn stripes_beside_a_curve_are_written_and_read() {
     let read = trueline_dataset::folder::read(&folder.join("pipe")).unwrap();
     assert_eq!((read.features.len(), read.stripes.len()), (stripes.len() / 2, stripes.len()));
 
+    // The same again, over the folder.
+    cast(folder, &["pipe", "--plates", "--seed", "3", "--force"], "pipe");
+    for (using, used) in [(&["pipe"][..], "stripe"), (&["pipe", "--use", "both"], "both")] {
+        let result = calibrated(folder, &[using, &["--robot-accuracy-mm", "0"]].concat(), 0);
+        assert_eq!(result["stripes"]["used"], used);
+        // Four numbers beyond four standard deviations: one run in 4,000.
+        assert!(off_in_sigmas(&result, &truth(&folder.join("pipe"))) < 4.0, "{result:#}");
+    }
+
     // Beside a line the estimator has no knowledge of how they were cast.
     cast(folder, &["straight", "--plates", "--seed", "3"], "straight");
     let result = calibrated(folder, &["straight", "--use", "stripe"], 0);

@@ -7,7 +7,7 @@ use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 /// Files that commands write into a folder, pictures aside. A folder with any other file is never replaced.
-const OURS: [&str; 24] = [
+const OURS: [&str; 25] = [
     "sensor.toml",
     "robot.csv",
     "poses.csv",
@@ -20,6 +20,7 @@ const OURS: [&str; 24] = [
     "truth.toml",
     "truth_features.csv",
     "truth_sensor.toml",
+    "truth_curve.csv",
     "images",
     "boards",
     "stripes",

@@ -95,7 +95,7 @@ fn follow_curve(args: &PlanArgs, cell: &mut Cell) -> Result<(), Failure> {
     let Some(file) = &args.seam_cad else { return Ok(()) };
     if args.measurements != Measurements::Seam {
         return Err(Failure::new(
-            "`--use stripe` cannot be combined with `--seam-cad`: whole stripes support straight seams only",
+            "`--use stripe` cannot be combined with `--seam-cad`: a plan with whole stripes supports straight seams only",
             "leave out --use",
         ));
     }

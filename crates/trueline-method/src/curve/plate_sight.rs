@@ -5,8 +5,10 @@
 //!
 //! ```text
 //! ∇φ = n + τ c′/D,  τ = (dn/du)·x
-//! ∂φ = −∇φ·∂c − (τ x/D + r (∂e₁)) · ∂c′ − r ∂ψ,  r = d·x
+//! ∂φ = −∇φ·∂c + (τ/D) x·∂c′ − r (∂ψ + ∂α),  r = d·x
 //! ```
+//!
+//! with ∂α the turn of e₁ about the seam by ∂c′.
 
 use crate::curve::arrow::{CUBIC, SHARED};
 use crate::curve::motion::Moving;

@@ -127,6 +127,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
     reasons.extend(other_minima(f));
     reasons.extend(too_few_used(f));
     reasons.extend(of_streams(f));
+    reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
     reasons.extend(missed_requirements(f));
     reasons
 }

@@ -124,6 +124,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     warnings.extend((!options.is_empty()).then_some(Warning::UnusedOnCurve { options }));
     let share = f.outliers().share();
     warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
+    warnings.extend(f.stripes.iter().flat_map(of_stripes));
     warnings.extend(clock_drift(f));
     warnings.extend(stamps(f));
     warnings
