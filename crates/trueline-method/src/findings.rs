@@ -92,6 +92,15 @@ impl Findings {
         of_stripes.filter(|stripes| stripes.share() > of_seam.share()).unwrap_or(of_seam)
     }
 
+    /// Outliers among the measurements of the answer over a curve: the stripes, or the seam points if those are used. Beside bowed plates correct seam
+    /// points are off the curve where the plates seem to meet.
+    #[must_use]
+    pub(crate) fn outliers_over_curve(&self) -> Outliers {
+        let ResidualSummary { outliers, used, .. } = self.fit.residuals;
+        let of_stripes = self.used_stripes().map(|estimate| estimate.counts.outliers());
+        of_stripes.unwrap_or(Outliers { count: outliers, of: used })
+    }
+
     /// Noise factor of the stripes, if the answer was computed from them.
     #[must_use]
     pub(crate) fn stripe_noise_factor(&self) -> Option<f64> {

@@ -54,6 +54,7 @@ fn reason_values(reason: &Reason) -> Value {
             json!({ "length_mm": length_m * MM_PER_M, "before_mm": before_m * MM_PER_M })
         }
         Reason::PartMoved { shift_m } => json!({ "shift_mm": shift_m * MM_PER_M }),
+        Reason::BentStripes { because } => json!({ "stripes_decided_by": because.code() }),
         Reason::AmbiguousTimeOffset { answers, .. } => {
             json!({ "time_offsets_s": answers.iter().map(|answer| answer.time_offset_s).collect::<Vec<_>>() })
         }

@@ -10,7 +10,7 @@ use crate::curve::moved::Moves;
 use crate::curve::readings::{Reading, Readings};
 use crate::curve::robot;
 use crate::curve::rows::Moved;
-use crate::curve::sight::{ByForm, Sight, moving};
+use crate::curve::sight::{ByForm, moving};
 use crate::input::observations::Observations;
 use crate::input::shape_knowledge::ShapeCovariance;
 use crate::problem::parameters::Parameters;
@@ -139,9 +139,17 @@ impl DetectorError<'_> {
         let poses: Vec<Pose> = places.iter().flatten().map(|place| place.base_from_tool).collect();
         let tilt = TiltBias::about(&poses);
         let by_reading = |(k, place): (usize, &Option<Placement>)| {
-            fitted.sights[k].as_ref().and_then(Sight::of_point)?;
             let by = tilt.slopes(&self.observations.list[k], &at, place.as_ref()?) * self.px;
-            Some((k, of_point(by.as_slice())))
+            // The whole picture is shifted, so every stripe is.
+            Some((
+                k,
+                match &fitted.sights[k].as_ref()?.by_form {
+                    ByForm::Point(_) => of_point(by.as_slice()),
+                    ByForm::Feet(feet) => {
+                        Moved::from_fn(BIAS, |row, error| feet[row].normal.dot(&by.column(error)))
+                    }
+                },
+            ))
         };
         let list = places.iter().enumerate().filter_map(by_reading).collect();
         Considered {

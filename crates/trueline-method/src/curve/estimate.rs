@@ -4,6 +4,7 @@ use crate::assess::seam_error::{Share, ShareOf};
 use crate::curve::equations::State;
 use crate::curve::passes::Course;
 use crate::curve::registration::Symmetry;
+use crate::curve::sight::{ByForm, Sight};
 use crate::curve::solve::Finished;
 use crate::curve::spline::Basis;
 use nalgebra::Vector3;
@@ -34,7 +35,8 @@ pub struct CurveEstimate {
     pub seams: Vec<SeamOfCurve>,
     /// Points of the curve in base, m, in the order of the scan.
     pub points_m: Vec<Vector3<f64>>,
-    /// Standard deviation of each point perpendicular to the curve, root mean square of both directions, m.
+    /// Standard deviation of each point perpendicular to the curve, root mean square of both directions, m. By stripes alone the seam may lie beside it
+    /// by the bow of its plates, which is in here.
     pub sigma_m: Vec<f64>,
     /// Whether no place was seen twice.
     pub is_one_pass: bool,
@@ -76,6 +78,22 @@ pub struct SeamOfCurve {
     pub points: Range<usize>,
 }
 
+/// Distance of the seam from where its plates seem to meet, if both bow across the seam as much as the seam bends, root mean square of both directions,
+/// m. Two support points do not show a bow: κ r₁ r₂/2 beside the line through them. 0 without plates.
+fn bow_m(finished: &Finished) -> f64 {
+    let (spline, sights) = (&finished.fitted.state.spline, &finished.fitted.sights);
+    let of_sight = |seen: &Sight| {
+        let ByForm::Feet(feet) = &seen.by_form else { return None };
+        let basis = spline.basis(seen.u_m);
+        let (slope, second) = (spline.at(&basis).1, spline.second(&basis, seen.u_m));
+        let bend = slope.cross(&second).norm() / slope.norm().powi(3);
+        let of_plate = |first: usize| 0.5 * bend * feet[first].by_angle * feet[first + 1].by_angle;
+        Some(0.5 * (of_plate(0).powi(2) + of_plate(2).powi(2)))
+    };
+    let squares: Vec<f64> = sights.iter().flatten().filter_map(of_sight).collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
+
 /// The curve of a fit over lines with these labels, with the contributions of the errors.
 #[must_use]
 pub(crate) fn estimate(
@@ -88,6 +106,7 @@ pub(crate) fn estimate(
     let spline = &state.spline;
     let length_m = spline.length_m();
     let inverse = finished.root.inverse() * finished.variance;
+    let bow_m = bow_m(finished);
     // The curve consists of the detected points, whatever the radius of their edge.
     let of_curve = || shares.iter().filter(|share| share.of != ShareOf::EdgeRadius);
     let sigma_m = |basis: &Basis| {
@@ -100,7 +119,7 @@ pub(crate) fn estimate(
                 }
             }
         }
-        (0.5 * variance).max(0.0).sqrt()
+        (0.5 * variance).max(0.0).sqrt().hypot(bow_m)
     };
     let (mut points_m, mut sigmas_m, mut seams) = (Vec::new(), Vec::new(), Vec::new());
     for (label, piece) in labels.iter().zip(spline.pieces()) {

@@ -17,8 +17,9 @@ use std::sync::Arc;
 
 /// Distance of the knots of the angles, m.
 const KNOTS_M: f64 = 10e-3;
-/// Third differences of the angles, rad: a plate may turn by this much over a few knots.
-const BENDS_RAD: f64 = 0.1;
+/// Third differences of the angles at knots of [`KNOTS_M`], rad: a plate may turn by this much over a few knots. They are proportional to a power of
+/// the spacing, as those of the curve.
+const BENDS_RAD: (f64, f64) = (0.1, 2.5);
 /// Noise of the angle of a stripe, rad, in the first fit …
 const NOISE_RAD: f64 = 0.01;
 /// … and its rounds of weights.
@@ -178,7 +179,7 @@ impl Plates {
     /// Squares of the third differences, in standard deviations of their prior.
     #[must_use]
     pub(crate) fn squares(&self) -> f64 {
-        let own = |m: usize| (self.third(m) / BENDS_RAD).norm_squared();
+        let own = |m: usize| (self.third(m) / self.bends_rad()).norm_squared();
         self.angles.third_differences().into_iter().map(own).sum()
     }
 
@@ -189,9 +190,14 @@ impl Plates {
             for plate in 0..2 {
                 let entry = |i: usize| (first + 2 * self.angles.index(m + i) + plate, THIRD[i]);
                 let entries: [(usize, f64); CUBIC] = std::array::from_fn(entry);
-                equations.add_row(&entries, -bend[plate], BENDS_RAD.powi(-2));
+                equations.add_row(&entries, -bend[plate], self.bends_rad().powi(-2));
             }
         }
+    }
+
+    /// Standard deviation of a third difference, rad.
+    fn bends_rad(&self) -> f64 {
+        BENDS_RAD.0 * (self.angles.spacing_m / KNOTS_M).powf(BENDS_RAD.1)
     }
 
     fn third(&self, m: usize) -> Vector3<f64> {

@@ -49,18 +49,19 @@ impl Parts {
         let [mut prior, mut of_known] = [(); 2].map(|()| state.arrow());
         add_prior(&mut prior, state);
         add_known(&mut of_known, &fitted.state.at, known);
-        let of_plates = |plates: &Plates| (plates.squares(), plates.unknowns() - plates.priors());
-        let (turned, free_angles) = state.plates.as_ref().map_or((0.0, 0), of_plates);
+        // The prior of the plates is as much data as the readings.
+        let of_plates = |plates: &Plates| (plates.squares(), plates.priors(), plates.unknowns());
+        let (turned, priors, angles) = state.plates.as_ref().map_or((0.0, 0, 0), of_plates);
         let off = step_between(&fitted.state.at, &known.centre);
         Self {
             data: fitted.equations(),
             prior,
             known: of_known,
-            squares: fitted.squares(),
+            squares: fitted.squares() + turned,
             bent_m2: state.bends().iter().map(|bend| bend.norm_squared()).sum(),
-            off: off.dot(&(known.information * off)) + turned,
-            readings: fitted.rows(),
-            curve: state.of_form() + state.of_place() + free_angles,
+            off: off.dot(&(known.information * off)),
+            readings: fitted.rows() + priors as f64,
+            curve: state.of_form() + state.of_place() + angles,
             penalties: 2 * state.bends().len(),
         }
     }

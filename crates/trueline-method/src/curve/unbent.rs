@@ -37,55 +37,52 @@ impl Asked<'_> {
 }
 
 impl WithPlates {
-    /// Whether the stripes of a reading lie on the plates.
-    fn explains(&self, k: usize) -> bool {
-        self.supports(k).is_some() && self.free.answer.finished.fitted.weights[k] > 0.0
-    }
-
     /// The same seam points, without the distance of the predicted lines' crossing from the seam.
-    #[must_use]
-    pub(crate) fn unbent(&self, readings: &Readings) -> Readings {
-        let mut unbent = readings.clone();
+    fn unbent(&self, readings: &Readings) -> Readings {
+        let (mut unbent, own) = (readings.clone(), self.corrected());
         for (k, reading) in unbent.list.iter_mut().enumerate() {
-            if let Some(off_m) = self.explains(k).then(|| off_m(readings, self, k)).flatten() {
+            if let Some(off_m) = self.explains(k).then(|| self.off_m(&own, k)).flatten() {
                 reading.off_m.fixed_rows_mut::<2>(0).copy_from(&off_m);
             }
         }
         unbent
     }
-}
 
-impl WithPlates {
-    /// The seam points as they were probably measured: with the bends of their stripes or without, whichever is nearer to the answer.
+    /// Whether the seam points are where straight lines through bent stripes meet: the bends explain part of their residuals.
+    #[must_use]
+    pub(crate) fn are_bent(&self, readings: &Readings) -> bool {
+        /// The median of some hundred squares is known to a few per cent.
+        const LESS: f64 = 0.95;
+        self.median_squared(&self.unbent(readings)) < LESS * self.median_squared(readings)
+    }
+
+    /// The seam points as they were probably measured: with the bends of their stripes or without.
     #[must_use]
     pub(crate) fn as_measured(&self, readings: &Readings) -> Readings {
-        let unbent = self.unbent(readings);
-        let median = |readings: &Readings| {
-            let (sights, whiteners) = self.free.answer.seam_points(readings);
-            let squared =
-                sights.iter().zip(&whiteners).filter_map(|(seen, w)| Some(seen.as_ref()?.squared(w)));
-            median(squared).unwrap_or(f64::INFINITY)
-        };
-        if median(&unbent) < median(readings) { unbent } else { readings.clone() }
+        if self.are_bent(readings) { self.unbent(readings) } else { readings.clone() }
     }
-}
 
-/// Distance of the predicted lines' crossing from the predicted seam point, in the sheet, m. `None` without stripes.
-fn off_m(readings: &Readings, plates: &WithPlates, k: usize) -> Option<Vector2<f64>> {
-    let fitted = &plates.free.answer.finished.fitted;
-    let seen = fitted.sights[k].as_ref()?;
-    let (ByForm::Feet(feet), Some(supports)) = (&seen.by_form, plates.supports(k)) else { return None };
-    let on_stripe: [Vector2<f64>; ROWS] =
-        std::array::from_fn(|row| supports[row].in_sheet - feet[row].normal * seen.residual[row]);
-    let normal = |plate: usize| {
-        let along = on_stripe[2 * plate + 1] - on_stripe[2 * plate];
-        Vector2::new(-along.y, along.x).normalize()
-    };
-    let normals = [normal(0), normal(1)];
-    let both = Matrix2::from_rows(&normals.map(|normal| normal.transpose()));
-    let crossing =
-        both.try_inverse()? * Vector2::new(normals[0].dot(&on_stripe[0]), normals[1].dot(&on_stripe[2]));
-    let reading = &readings.list[k];
-    let point = sight(readings, reading, &fitted.state.at, &fitted.state.spline, seen.u_m)?;
-    Some(crossing - (reading.in_sheet - point.of_point()?))
+    /// Median of the squared whitened residuals of seam points.
+    fn median_squared(&self, readings: &Readings) -> f64 {
+        let (sights, whiteners) = self.free.answer.seam_points(readings);
+        let squared = sights.iter().zip(&whiteners).filter_map(|(seen, w)| Some(seen.as_ref()?.squared(w)));
+        median(squared).unwrap_or(f64::INFINITY)
+    }
+
+    /// Distance of the predicted lines' crossing from the predicted seam point, in the sheet, m. `None` without stripes.
+    fn off_m(&self, own: &Readings, k: usize) -> Option<Vector2<f64>> {
+        let (fitted, reading) = (&self.free.answer.finished.fitted, &own.list[k]);
+        let seen = fitted.sights[k].as_ref()?;
+        let (ByForm::Feet(feet), Some(supports)) = (&seen.by_form, reading.supports()) else { return None };
+        let on_stripe: [Vector2<f64>; ROWS] =
+            std::array::from_fn(|row| supports[row].in_sheet - feet[row].normal * seen.residual[row]);
+        let normals = [0, 2].map(|first| {
+            let along = on_stripe[first + 1] - on_stripe[first];
+            Vector2::new(-along.y, along.x).normalize()
+        });
+        let both = Matrix2::from_rows(&normals.map(|normal| normal.transpose()));
+        let offsets = Vector2::new(normals[0].dot(&on_stripe[0]), normals[1].dot(&on_stripe[2]));
+        let point = sight(own, reading, &fitted.state.at, &fitted.state.spline, seen.u_m)?;
+        Some(both.try_inverse()? * offsets - (reading.in_sheet - point.of_point()?))
+    }
 }

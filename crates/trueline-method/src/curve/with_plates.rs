@@ -8,8 +8,7 @@ use crate::curve::drift::DriftFree;
 use crate::curve::equations::{State, sights};
 use crate::curve::plate_sight::reach;
 use crate::curve::plates::{Direction, Plates};
-use crate::curve::readings::{Light, Readings, SupportPoint};
-use crate::curve::rows::ROWS;
+use crate::curve::readings::{Light, Readings};
 use crate::curve::sight::{HandEye, Sight, moving};
 use crate::curve::solve::{Search, settled};
 use nalgebra::Vector3;
@@ -27,29 +26,35 @@ pub(crate) struct WithPlates {
     pub free: DriftFree,
     /// Its readings: support points, and seam points where there are none.
     readings: Readings,
+    /// Number of the frames with stripes, with those that have no clear foot.
+    frames: usize,
 }
 
 impl WithPlates {
-    /// The support points of a reading; `None` where its seam point is used.
+    /// Its readings, corrected by the sensor's shape that it found.
     #[must_use]
-    pub(crate) fn supports(&self, k: usize) -> Option<&[SupportPoint; ROWS]> {
-        self.readings.list[k].supports()
+    pub(crate) fn corrected(&self) -> Readings {
+        let shape = self.free.answer.shape;
+        shape.map_or_else(|| self.readings.clone(), |shape| self.readings.corrected(&shape))
     }
 
-    /// Outliers among the frames with stripes.
+    /// Whether the stripes of a reading lie on the plates.
+    #[must_use]
+    pub(crate) fn explains(&self, k: usize) -> bool {
+        self.readings.list[k].supports().is_some() && self.free.answer.finished.fitted.weights[k] > 0.0
+    }
+
+    /// Outliers among the frames with stripes. A stripe without a clear foot lies on no plate.
     #[must_use]
     pub(crate) fn outliers(&self) -> Outliers {
-        let used = self.readings.list.iter().zip(&self.free.answer.finished.fitted.weights);
-        let weights =
-            || used.clone().filter(|(reading, _)| reading.supports().is_some()).map(|(_, weight)| weight);
-        Outliers { count: weights().filter(|weight| **weight == 0.0).count(), of: weights().count() }
+        let kept = (0..self.readings.list.len()).filter(|k| self.explains(*k)).count();
+        Outliers { count: self.frames - kept, of: self.frames }
     }
 }
 
 impl Asked<'_> {
     /// The answer with the light of each reading; `None` if the support points lie on no plates beside the curve. A reading whose stripes have no clear
-    /// foot has that of the others. `rate_sigma_ppm` is the uncertainty of
-    /// the clock rates of the stamps.
+    /// foot has the light of the others. `rate_sigma_ppm` is the uncertainty of the clock rates of the stamps.
     #[must_use]
     pub(crate) fn with_plates(
         &self,
@@ -61,12 +66,13 @@ impl Asked<'_> {
         for (reading, light) in readings.list.iter_mut().zip(lights) {
             reading.light = *light;
         }
+        let frames = readings.list.iter().filter(|reading| reading.supports().is_some()).count();
         let state = first(&mut readings, seam, others)?;
         let finished = settled(&readings, state, None, seam.finished.first_length_m)?;
         let asked = Asked { search: Search { readings: &readings, ..self.search }, ..*self };
         let answer = asked.concluded(finished, seam.rivals.clone(), &seam.course, (false, None));
         let free = asked.without_drift(answer, rate_sigma_ppm);
-        Some(WithPlates { free, readings })
+        Some(WithPlates { free, readings, frames })
     }
 }
 

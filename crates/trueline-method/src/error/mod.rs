@@ -215,6 +215,12 @@ pub enum Error {
     /// Stripes do not support drawn lines.
     #[error("whole stripes cannot be used with a drawn line")]
     StripesOfDrawnLine,
+    /// Stripes beside a curve that cannot be used.
+    #[error("the stripes beside the curve cannot be used: {why}")]
+    StripesBesideCurve {
+        /// Reason.
+        why: &'static str,
+    },
     /// Partial acceptance needs a guess.
     #[error("--accept-partial needs an initial guess, but there is none")]
     NoGuessToHold,
@@ -317,6 +323,9 @@ impl Error {
             Self::NoPlates { why } => why.hint(),
             Self::PicturesDisagree(pictures) => pictures.hint(),
             Self::StripesHeldAtGuess | Self::StripesOfDrawnLine => "use the seam points",
+            Self::StripesBesideCurve { .. } => {
+                "use the seam points (--use seam) only if they are not where straight lines through bent stripes meet"
+            }
             Self::FeatureNoiseUnused { why: NoiseUnused::EachHasItsOwn } => {
                 "change these, or remove their columns from features.csv"
             }

@@ -2,10 +2,10 @@
 
 use super::quantity::{MS_PER_S, Quantity, Significant};
 use super::reason_words::{
-    at_stops, clock_step, coarse_robot_stamps, curve_collapsed, drawn_line_off, held_off, line_of_outliers,
-    other_time_offset, part_moved, requirement_missed, residuals_too_large, robot_stream_froze,
-    seam_error_too_large, stripes_contradict, too_few_used, too_many_outliers, worse_minimum,
-    wrong_time_offset,
+    at_stops, bent_stripes, clock_step, coarse_robot_stamps, curve_collapsed, drawn_line_off, held_off,
+    line_of_outliers, other_time_offset, part_moved, requirement_missed, residuals_too_large,
+    robot_stream_froze, seam_error_too_large, stripes_contradict, too_few_used, too_many_outliers,
+    worse_minimum, wrong_time_offset,
 };
 use super::sensor_words::contradicted_sensor;
 use super::stream_name::StreamName;
@@ -17,7 +17,7 @@ use crate::assess::outliers::Outliers;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::Statement;
 use crate::input::skip::Skip;
-use crate::stripe::outcome::Apart;
+use crate::stripe::outcome::{Apart, Because};
 use std::fmt;
 use trueline_lsq::Termination;
 
@@ -71,6 +71,11 @@ pub enum Reason {
     PartMoved {
         /// Largest distance from its place in the first pass, m.
         shift_m: f64,
+    },
+    /// Seam points over a curve that the stripes of the same frames do not confirm.
+    BentStripes {
+        /// Why the stripes are not used.
+        because: Because,
     },
     /// Several answers explain the scan equally well, because its path repeats itself.
     AmbiguousTimeOffset {
@@ -219,6 +224,7 @@ impl Reason {
             Self::WrongTimeOffset { .. } => "wrong-time-offset",
             Self::CurveCollapsed { .. } => "curve-collapsed",
             Self::PartMoved { .. } => "part-moved",
+            Self::BentStripes { .. } => "bent-stripes",
             Self::AmbiguousTimeOffset { .. } => "ambiguous-time-offset",
             Self::NotConverged { .. } => "not-converged",
             Self::ResidualsTooLarge { .. } => "residuals-too-large",
@@ -261,6 +267,7 @@ impl fmt::Display for Reason {
             }
             Self::CurveCollapsed { length_m, before_m } => curve_collapsed(length_m, before_m),
             Self::PartMoved { shift_m } => part_moved(shift_m),
+            Self::BentStripes { because } => bent_stripes(because),
             Self::AmbiguousTimeOffset { ref answers, lasts_s } => ambiguous_time_offset(answers, lasts_s),
             Self::StatementContradicted => {
                 "the answer contradicts your statement about the cell: the time offset is outside the \

@@ -7,7 +7,8 @@ use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::held_off::HeldOff;
 use crate::assess::outliers::Outliers;
 use crate::input::skip::Skip;
-use crate::stripe::outcome::Apart;
+use crate::stripe::outcome::{Apart, Because};
+
 pub(super) fn curve_collapsed(length_m: f64, before_m: f64) -> String {
     format!(
         "the scan does not determine the size of the curve: its length changed from {:.0} to {:.0} mm during \
@@ -29,6 +30,19 @@ pub(super) fn at_stops(stops: usize) -> String {
     format!(
         "the time offset cannot be determined, because the robot stands still at each of the {stops} \
          readings. Use --at-stops to calibrate without it, or record while the robot moves"
+    )
+}
+
+pub(super) fn bent_stripes(because: Because) -> String {
+    let why = match because {
+        Because::Disagreement => "both answers are far apart".to_owned(),
+        Because::Plates(why) => why.to_string(),
+        _ => "they do not determine the whole hand-eye transform".to_owned(),
+    };
+    format!(
+        "the stripes beside the curve do not confirm the seam points: {why}. Where straight lines through bent stripes \
+         meet is beside the seam. Show both surfaces in more frames; if the seam points are measured otherwise, use \
+         --use seam"
     )
 }
 

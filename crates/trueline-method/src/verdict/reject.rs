@@ -13,7 +13,7 @@ use crate::assess::outliers::Outliers;
 use crate::assess::profile_likelihood;
 use crate::assess::seam_error::SeamError;
 use crate::assess::sensor_shape::SensorShape;
-use crate::config::{CONSIDERED_CEILING_M, Hold, SEAM_ERROR_CEILING_M, SensorMode};
+use crate::config::{CONSIDERED_CEILING_M, Hold, Measurements, SEAM_ERROR_CEILING_M, SensorMode};
 use crate::curve::estimate::CurveEstimate;
 use crate::findings::Findings;
 use crate::hypotheses::drift_and_step::Step;
@@ -21,7 +21,7 @@ use crate::hypotheses::search::Mirrored;
 use crate::input::stops::Stops;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
-use crate::stripe::outcome::StripeOutcome;
+use crate::stripe::outcome::{Because, StripeOutcome};
 
 /// A step is a whole number of images if it agrees with one within this number of standard deviations …
 const WHOLE_SIGMAS: f64 = 4.0;
@@ -116,7 +116,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
         curve.collapsed_from_m.map(|before_m| Reason::CurveCollapsed { length_m: curve.length_m, before_m }),
     );
     reasons.extend(f.checks.part_moved_m.map(|shift_m| Reason::PartMoved { shift_m }));
-    let outliers = f.outliers();
+    let outliers = f.outliers_over_curve();
     if outliers.share() > MOST_OFF_CURVE {
         reasons.push(Reason::TooManyOutliers { outliers });
     }
@@ -129,6 +129,9 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
     reasons.extend(of_streams(f));
     reasons.extend(f.stripes.as_ref().and_then(stripes_contradict));
     reasons.extend(missed_requirements(f));
+    if reasons.is_empty() {
+        reasons.extend(f.stripes.as_ref().and_then(bent_stripes));
+    }
     reasons
 }
 
@@ -211,6 +214,12 @@ fn too_large(f: &Findings) -> Reason {
 fn of_streams(f: &Findings) -> Option<Reason> {
     let (repeated, rows) = (f.streams.robot.doubles, f.streams.robot_rows);
     (repeated as f64 > COARSE_STAMPS * rows as f64).then_some(Reason::CoarseRobotStamps { repeated, rows })
+}
+
+/// Seam points over a curve that the stripes of the same frames do not confirm. Those of one pass show the time offset alone, which bends hardly move.
+fn bent_stripes(stripes: &StripeOutcome) -> Option<Reason> {
+    let is_open = stripes.used == Measurements::Seam && stripes.because != Because::HeldAtGuess;
+    is_open.then_some(Reason::BentStripes { because: stripes.because })
 }
 
 /// Stripes that were not requested and that contradict the seam points.

@@ -122,7 +122,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     warnings.extend(weave_m.map(|weave_m| Warning::KnotsNearWeave { spacing_m: curve.spacing_m, weave_m }));
     let options = f.unused_on_curve.clone();
     warnings.extend((!options.is_empty()).then_some(Warning::UnusedOnCurve { options }));
-    let share = f.outliers().share();
+    let share = f.outliers_over_curve().share();
     warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
     warnings.extend(f.stripes.iter().flat_map(of_stripes));
     warnings.extend(clock_drift(f));

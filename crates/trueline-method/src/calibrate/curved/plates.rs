@@ -7,15 +7,15 @@ use crate::curve::answer::Answered;
 use crate::curve::arrow::SHARED;
 use crate::curve::drift::DriftFree;
 use crate::curve::readings::{Light, SupportPoint};
+use crate::curve::solve::READINGS_PER_KNOT;
+use crate::curve::spline::LEAST_CONTROL;
 use crate::curve::with_plates::WithPlates;
 use crate::error::Error;
 use crate::error::no_plates::NoPlates;
 use crate::findings::ClockFindings;
 use crate::stripe::agreement::{AGREEMENT_SIGMAS, sigmas_apart};
 use crate::stripe::frames::{Sight, StripeFrames, Support, frames};
-use crate::stripe::outcome::{
-    Answer, Apart, Because, LEAST_WITH_BOTH, StripeEstimate, StripeOutcome, decided,
-};
+use crate::stripe::outcome::{Answer, Apart, Because, StripeEstimate, StripeOutcome};
 use crate::stripe::outlier_counts::OutlierCounts;
 use nalgebra::{DMatrix, DVector, Vector3};
 use trueline_dataset::{Guess, Recording};
@@ -60,50 +60,33 @@ impl Scan {
             return if is_asked { Err(Error::NoStripes) } else { Ok(seam) };
         }
         let frames = frames(recording, &self.observations, Measurements::Both, config)?;
-        let (used, others) = match config.measurements {
-            Measurements::Both => (Measurements::Both, Light::Point),
-            _ => (Measurements::Stripe, Light::Unused),
-        };
-        let found = usable(&seam.answer).and_then(|()| {
-            let asked = self.asked(guess, config);
-            let found =
-                asked.with_plates(&seam.answer, (&self.lights(&frames, others), others), self.rate_sigma_ppm);
-            let found = found.ok_or(Because::Plates(NoPlates::NoPlane))?;
-            let unbent = || asked.without_bends(&seam.answer, &found, self.rate_sigma_ppm);
-            let distance = Distance::between((&seam.answer, &found.free.answer), unbent);
-            let estimate = self.estimate(recording, config, (&seam.answer, &found), distance.sigmas);
-            Ok((found, estimate.map_err(Because::Plates)?, distance.is_of_bends))
-        });
+        let lights = self.lights(&frames);
+        let with_both = lights.iter().filter(|light| matches!(light, Light::Supports(_))).count();
         let kept = |because: Because, estimate: Option<StripeEstimate>| StripeOutcome {
             used: Measurements::Seam,
             because,
             frames: frames.total,
-            with_both: frames.with_both,
+            with_both,
             skipped: frames.skipped_at(&self.observations, seam.answer.at().time_offset_s),
             stamped_later_s: frames.stamped_later_s,
             estimate: estimate.map(Box::new),
         };
-        let (found, estimate, is_of_bends) = match found {
+        let found = match usable(&seam.answer, is_asked)? {
+            Some(because) => Err(because),
+            None if with_both < LEAST_FRAMES => {
+                Err(Because::Plates(NoPlates::Missing { line: 0, unusable: frames.unplaced() }))
+            }
+            None => self.beside(recording, (guess, config), (&seam.answer, lights)),
+        };
+        let Beside { found, estimate, used } = match found {
             Ok(found) => found,
             Err(Because::Plates(why)) if is_asked => return Err(Error::NoPlates { why }),
-            Err(_) if is_asked => return Err(Error::StripesHeldAtGuess),
             Err(because) => {
                 let stripes = Some(kept(because, None));
                 return Ok(Chosen { stripes, ..seam });
             }
         };
-        let enough = frames.with_both as f64 >= LEAST_WITH_BOTH * frames.total as f64;
-        let because = match (is_asked, enough || is_of_bends) {
-            (true, _) => Because::Asked,
-            (false, false) => Because::TooFewFrames,
-            (false, true) => match decided(&estimate) {
-                // The seam points are the worse ones, however many and sure they are.
-                Because::KnowsLess if is_of_bends && estimate.stripe.seam_error.is_some() => {
-                    Because::Agreement
-                }
-                because => because,
-            },
-        };
+        let because = if is_asked { Because::Asked } else { decided(&estimate) };
         let outcome = kept(because, Some(estimate));
         Ok(match because {
             Because::Asked | Because::Agreement => {
@@ -115,15 +98,40 @@ impl Scan {
         })
     }
 
-    /// The light of each reading: the support points of those with stripes on both plates, and that of the others.
-    fn lights(&self, frames: &StripeFrames, others: Light) -> Vec<Light> {
+    /// The answer of the stripes beside that of the seam points, or why there is none. Seam points of other frames are used if that is requested and
+    /// they are no crossings of bent stripes.
+    fn beside(
+        &self,
+        recording: &Recording,
+        (guess, config): (Option<&Guess>, &Config),
+        (seam, lights): (&Answered, Vec<Light>),
+    ) -> Result<Beside, Because> {
+        let (asked, rate_ppm) = (self.asked(guess, config), self.rate_sigma_ppm);
+        let with = |others: Light| {
+            let of = |light: &Light| if matches!(light, Light::Unused) { others } else { *light };
+            let lights: Vec<Light> = lights.iter().map(of).collect();
+            asked.with_plates(seam, (&lights, others), rate_ppm)
+        };
+        let alone = with(Light::Unused).ok_or(Because::Plates(NoPlates::NotConverged))?;
+        let wants_points = config.measurements == Measurements::Both && !alone.are_bent(&self.readings);
+        let both = wants_points.then(|| with(Light::Point)).flatten();
+        let used = if both.is_some() { Measurements::Both } else { Measurements::Stripe };
+        let found = both.unwrap_or(alone);
+        let unbent = || asked.without_bends(seam, &found, rate_ppm);
+        let sigmas_apart = unexplained((seam, &found.free.answer), unbent);
+        let estimate = self.estimate(recording, config, (seam, &found), sigmas_apart);
+        Ok(Beside { estimate: estimate.map_err(Because::Plates)?, found, used })
+    }
+
+    /// The light of each reading: the support points of those with stripes on both plates.
+    fn lights(&self, frames: &StripeFrames) -> Vec<Light> {
         let sheet = &self.observations.sheet;
         let point = |support: Support| SupportPoint {
             point: sheet.point(&support.reported),
             in_sheet: support.reported,
             variance: support.sigma_m.powi(2),
         };
-        let mut lights = vec![others; self.readings.list.len()];
+        let mut lights = vec![Light::Unused; self.readings.list.len()];
         for frame in &frames.list {
             if let (Sight::Stripes([Some([a, b]), Some([c, d])]), Some(seam)) = (&frame.sight, &frame.edge) {
                 lights[seam.observation] = Light::Supports([*a, *b, *c, *d].map(point));
@@ -183,34 +191,59 @@ impl Scan {
     }
 }
 
-/// Whether plates can improve an answer: they need one that is not refused anyway.
-fn usable(seam: &Answered) -> Result<(), Because> {
+/// An answer of the stripes.
+struct Beside {
+    found: WithPlates,
+    estimate: StripeEstimate,
+    /// Measurements that it uses.
+    used: Measurements,
+}
+
+/// Fewer frames with both stripes give no answer: those of a curve with eight knots.
+const LEAST_FRAMES: usize = READINGS_PER_KNOT * LEAST_CONTROL;
+
+/// Chooses the answer. Over a curve seam points may be beside the seam, however many and sure they are, so the stripes are used if they agree and show
+/// everything.
+fn decided(estimate: &StripeEstimate) -> Because {
+    match estimate.sigmas_apart {
+        Some(apart) if apart >= AGREEMENT_SIGMAS => Because::Disagreement,
+        _ if estimate.stripe.seam_error.is_none() => Because::ShowsLess,
+        _ => Because::Agreement,
+    }
+}
+
+/// Why stripes are not tried beside an answer; `None` if they are.
+///
+/// # Errors
+/// If there is no way to use them.
+fn usable(seam: &Answered, is_asked: bool) -> Result<Option<Because>, Error> {
     let is_held = seam.is_held || seam.curve.is_one_pass;
-    let is_free = seam.finished.fitted.state.placed.is_none() && seam.curve.seams.len() == 1;
     let is_seen = seam.components.iter().all(|seen| *seen) && seam.open().next().is_none();
-    match (is_held, is_free && is_seen) {
-        (true, _) => Err(Because::HeldAtGuess),
-        (false, false) => Err(Because::ShowsLess),
-        (false, true) => Ok(()),
-    }
+    let why = if seam.finished.fitted.state.placed.is_some() {
+        "they are not used together with a drawing. Leave the drawing out"
+    } else if seam.curve.seams.len() > 1 {
+        "there are several seams. Scan one of them"
+    } else if is_held && is_asked {
+        "they need more than one pass. Go over the seam two or three times"
+    } else {
+        return Ok(if is_held {
+            Some(Because::HeldAtGuess)
+        } else {
+            (!is_seen).then_some(Because::ShowsLess)
+        });
+    };
+    Err(Error::StripesBesideCurve { why })
 }
 
-/// Distance of the answers.
-struct Distance {
-    /// σ, without the part that the bends of the stripes explain.
-    sigmas: Option<f64>,
-    /// Whether they disagree but for that part: the seam points are beside the seam.
-    is_of_bends: bool,
-}
-
-impl Distance {
-    fn between((seam, plates): (&Answered, &Answered), unbent: impl Fn() -> Option<DriftFree>) -> Self {
-        let disagree = |sigmas: &f64| *sigmas >= AGREEMENT_SIGMAS;
-        let plain = apart(seam, plates);
-        let explained = plain.filter(disagree).and_then(|_| apart(&unbent()?.answer, plates));
-        let explained = explained.filter(|sigmas| !disagree(sigmas));
-        Self { sigmas: explained.or(plain), is_of_bends: explained.is_some() }
-    }
+/// Distance of the answers, σ, without the part that the bends of the stripes explain.
+fn unexplained(
+    (seam, plates): (&Answered, &Answered),
+    unbent: impl Fn() -> Option<DriftFree>,
+) -> Option<f64> {
+    let disagree = |sigmas: &f64| *sigmas >= AGREEMENT_SIGMAS;
+    let plain = apart(seam, plates);
+    let explained = plain.filter(disagree).and_then(|_| apart(&unbent()?.answer, plates));
+    explained.filter(|sigmas| !disagree(sigmas)).or(plain)
 }
 
 /// Distance of the answers, σ. Of errors that both share only the difference of their effects counts.
@@ -220,11 +253,15 @@ fn apart(seam: &Answered, plates: &Answered) -> Option<f64> {
     let mut covariance = DMatrix::from_fn(SHARED, SHARED, |i, j| of_noise[(i, j)]);
     for share in &plates.shares {
         let is_same = |other: &&Share| other.of == share.of && other.columns.shape() == share.columns.shape();
-        let columns = match seam.shares.iter().find(is_same) {
-            Some(other) => &share.columns - &other.columns,
-            None => share.columns.clone(),
-        };
+        let columns = seam.shares.iter().find(is_same).map(|other| &share.columns - &other.columns);
+        let columns = columns.unwrap_or_else(|| share.columns.clone());
         covariance += &columns * columns.transpose();
+    }
+    for share in &seam.shares {
+        let is_same = |other: &&Share| other.of == share.of && other.columns.shape() == share.columns.shape();
+        if !plates.shares.iter().any(|other| is_same(&other)) {
+            covariance += &share.columns * share.columns.transpose();
+        }
     }
     sigmas_apart(&DVector::from_column_slice(difference.as_slice()), &covariance)
 }
