@@ -124,7 +124,9 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     warnings.extend((!options.is_empty()).then_some(Warning::UnusedOnCurve { options }));
     let share = f.outliers_over_curve().share();
     warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
-    warnings.extend(f.stripes.iter().flat_map(of_stripes));
+    let of_stripes = f.stripes.iter().flat_map(of_stripes);
+    // The reason against the seam points says why the stripes are not used.
+    warnings.extend(of_stripes.filter(|warning| !matches!(warning, Warning::StripesUnused { .. })));
     warnings.extend(clock_drift(f));
     warnings.extend(stamps(f));
     warnings
