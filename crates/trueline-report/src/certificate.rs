@@ -114,7 +114,13 @@ const CHECKS: [(&str, &[&str]); 6] = [
     ),
     (
         "Parts of the scan agree",
-        &["cross-validation-misfit", "cross-validation-shift", "stripes-contradict", "stripes-disagree"],
+        &[
+            "cross-validation-misfit",
+            "cross-validation-shift",
+            "stripes-contradict",
+            "stripes-disagree",
+            "bent-stripes",
+        ],
     ),
     ("The sensor agrees with its file", &["sensor-off", "lens-off", "feature-bias"]),
     ("Clocks, robot and everything else", &[]),

@@ -145,8 +145,8 @@ impl Columns {
             ByForm::Point(basis) => {
                 for m in 0..CUBIC {
                     let k = state.spline.index(basis.first + m);
-                    for side in 0..2 {
-                        self.push(2 * k + side, by_shift * normals[k][side] * basis.value[m]);
+                    for (side, normal) in normals[k].iter().enumerate() {
+                        self.push(2 * k + side, by_shift * normal * basis.value[m]);
                     }
                 }
             }
@@ -184,8 +184,8 @@ impl Columns {
             for m in 0..CUBIC {
                 let k = state.spline.index(foot.basis.first + m);
                 let by_control = by_shift * foot.basis.value[m] + foot.by_slope * foot.basis.slope[m];
-                for side in 0..2 {
-                    self.merge(2 * k + side, &(whitened * by_control.dot(&normals[k][side])));
+                for (side, normal) in normals[k].iter().enumerate() {
+                    self.merge(2 * k + side, &(whitened * by_control.dot(normal)));
                 }
                 let angle = first_angle + plates.unknown(&foot.angles, m, foot.plate);
                 self.merge(angle, &(whitened * (foot.by_angle * foot.angles.value[m])));
