@@ -173,12 +173,18 @@ fn stripes_beside_a_curve_are_written_and_read() {
 
     // The same again, over the folder.
     cast(folder, &["pipe", "--plates", "--seed", "3", "--force"], "pipe");
-    for (using, used) in [(&["pipe"][..], "stripe"), (&["pipe", "--use", "both"], "both")] {
+    for using in [&["pipe"][..], &["pipe", "--use", "both"]] {
         let result = calibrated(folder, &[using, &["--robot-accuracy-mm", "0"]].concat(), 0);
-        assert_eq!(result["stripes"]["used"], used);
+        // Bends move these seam points, so they are not used beside the stripes.
+        assert_eq!(result["stripes"]["used"], "stripe");
         // Four numbers beyond four standard deviations: one run in 4,000.
         assert!(off_in_sigmas(&result, &truth(&folder.join("pipe"))) < 4.0, "{result:#}");
     }
+
+    let drawing = ["pipe", "--seam-cad", "pipe/truth_curve.csv"];
+    let output = trueline(folder, &[&["calibrate"][..], &drawing].concat());
+    assert_eq!(code(&output), 2, "{}", words(&output));
+    assert!(words(&output).contains("not used together with a drawing"), "{}", words(&output));
 
     // Beside a line the estimator has no knowledge of how they were cast.
     cast(folder, &["straight", "--plates", "--seed", "3"], "straight");
