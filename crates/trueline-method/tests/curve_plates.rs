@@ -178,6 +178,18 @@ fn stripes_alone_are_enough() {
     assert!(squared_sigmas(&found, &truth) < 29.9, "{}", squared_sigmas(&found, &truth));
 }
 
+/// A straight scan that shows too little is refused for that, whatever measurements are asked for.
+#[test]
+fn stripes_of_a_straight_scan_without_tilt_are_no_error() {
+    let still = CurveScan { tilt_rad: 0.0, passes: 1.0, ..scan(CurveKind::Straight) };
+    let (recording, _) = recorded(&still, 3);
+    for measurements in [Measurements::Auto, Measurements::Stripe, Measurements::Both] {
+        let found = calibrate(&recording, None, &config(measurements)).unwrap();
+        let is_unobservable = |reason: &Reason| matches!(reason, Reason::Unobservable(_));
+        assert!(found.reasons().iter().any(is_unobservable), "{measurements:?}: {:?}", found.reasons());
+    }
+}
+
 /// Some frames name the plates the other way round: they are outliers, and the rest agrees.
 #[test]
 fn plates_with_the_wrong_number_are_left_out() {

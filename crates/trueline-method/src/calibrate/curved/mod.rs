@@ -100,7 +100,9 @@ fn beside_line(
         Some(cad) => dated.asked(guess, config).by_cad(answer, cad)?,
         None => answer,
     };
-    let is_taken = is_forced || is_better(&line, &answer);
+    // Of one pass the stripes show nothing that its seam points do not, so an answer by stripes is that of the line.
+    let by_stripes = line.findings.stripes.as_ref().is_some_and(|stripes| stripes.used != Measurements::Seam);
+    let is_taken = is_forced || is_better(&line, &answer) && !(by_stripes && answer.curve.is_one_pass);
     if !is_taken {
         return Ok(with_curve_refused(line, &answer));
     }
