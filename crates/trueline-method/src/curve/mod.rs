@@ -7,6 +7,9 @@
 //! The curve is a uniform cubic B-spline. Every control point is free in its two normal directions. Restricted maximum likelihood
 //! determines the size of the prior on third differences. The prior would add information that the data do not contain, so rank
 //! and ± are those of `seen`, never those of the posterior.
+//!
+//! If stripes on the surfaces beside the seam are recorded, `with_plates` begins at that answer and reads their support points instead of the seam
+//! points. `unbent` explains how far those are off.
 
 pub(crate) mod answer;
 pub(crate) mod arrow;

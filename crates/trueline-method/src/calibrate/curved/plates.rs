@@ -45,7 +45,7 @@ impl Chosen {
 
 impl Scan {
     /// The answer of the seam points, or of the stripes beside them, as the user requests. A frame without a stripe on one of the plates gives its seam
-    /// point only if both are requested. The stripes have the recorded stamps: where seam points drift, these may not.
+    /// point only if both are requested and bends do not move it. The stripes have the recorded stamps: where seam points drift, these may not.
     ///
     /// # Errors
     /// The stripes were requested and cannot be used.
