@@ -34,6 +34,14 @@ pub enum ImportError {
         /// The file.
         file: PathBuf,
     },
+    /// A compressed recording that this build cannot read.
+    #[error("{}: is compressed by {by}, and this program was built without that", file.display())]
+    WithoutCompression {
+        /// The file.
+        file: PathBuf,
+        /// Kind of the compression.
+        by: String,
+    },
     /// A data base that is not of rosbag2.
     #[error("{}: is not a database of rosbag2: {why}", file.display())]
     Database {
@@ -250,9 +258,7 @@ impl ImportError {
                 "readable: an .mcap file, a folder of rosbag2, a .db3 or .db3.zstd file"
             }
             Self::RosBag1 { .. } => "`mcap convert in.bag out.mcap` makes it an MCAP file",
-            Self::WithoutRosbag2 { .. } => {
-                "build with the feature `rosbag2` (`full` has it), or `ros2 bag convert` it to MCAP"
-            }
+            Self::WithoutRosbag2 { .. } | Self::WithoutCompression { .. } => self.hint_of_builds(),
             Self::Database { .. } => "a .db3 file of rosbag2 has the tables `topics` and `messages`",
             Self::Message { problem, .. } => return problem.hint(),
             Self::NoTopic { .. } | Self::SeveralTopics { .. } => {
@@ -304,6 +310,15 @@ impl ImportError {
             Self::Dataset(error) => return error.hint(),
         };
         text.to_owned()
+    }
+
+    fn hint_of_builds(&self) -> &'static str {
+        match self {
+            Self::WithoutCompression { .. } => {
+                "build with the feature `compression` (`full` has it), or `mcap decompress` it"
+            }
+            _ => "build with the feature `rosbag2` (`full` has it), or `ros2 bag convert` it to MCAP",
+        }
     }
 
     fn hint_of_axes(&self) -> String {

@@ -6,8 +6,9 @@ use crate::read::bag_item::{BagItem, BagMessage, Visit};
 use crate::read::damage::{Damage, DamagedFile};
 use crate::read::log_reader::{Item, LogReader, message_at};
 use crate::read::place::{Place, RecordPlace};
+use mcap::McapError;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufReader};
 use std::path::Path;
 
 /// An opened recording; it can be read more than once.
@@ -51,7 +52,7 @@ impl Bag {
     /// A file that has changed or cannot be read any more.
     pub(crate) fn read_again(&self, place: Place) -> Result<Vec<u8>, ImportError> {
         let part = &self.parts[place.file];
-        let io = |error: std::io::Error| ImportError::io(&part.name, &error);
+        let io = |error: io::Error| ImportError::io(&part.name, &error);
         match place.record {
             RecordPlace::Chunk { offset, number } => message_at(&part.path, offset, Some(number)).map_err(io),
             RecordPlace::Record { offset } => message_at(&part.path, offset, None).map_err(io),
@@ -69,7 +70,7 @@ impl Bag {
 }
 
 fn read_mcap(file: &Path, number: usize, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportError> {
-    let io = |error: std::io::Error| ImportError::io(file, &error);
+    let io = |error: io::Error| refusal(file, &error);
     let mut reader = LogReader::open(BufReader::new(File::open(file).map_err(io)?)).map_err(io)?;
     let mut profile_told = false;
     while let Some(item) = reader.next_item().map_err(io)? {
@@ -95,4 +96,36 @@ fn read_mcap(file: &Path, number: usize, visit: &mut Visit<'_>) -> Result<Vec<Da
         }
     }
     Ok(reader.damages().to_vec())
+}
+
+/// Reason that a file cannot be read to its end: the operating system, or a compression that this build lacks.
+fn refusal(file: &Path, error: &io::Error) -> ImportError {
+    match error.get_ref().and_then(|inner| inner.downcast_ref()) {
+        Some(McapError::UnsupportedCompression(by)) => {
+            ImportError::WithoutCompression { file: file.to_owned(), by: by.clone() }
+        }
+        _ => ImportError::io(file, error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ImportError, refusal};
+    use mcap::McapError;
+    use std::io;
+    use std::path::Path;
+
+    #[test]
+    fn a_compression_that_this_build_lacks_is_told_from_an_error_of_the_system() {
+        let file = Path::new("scan.mcap");
+        let lacking = McapError::UnsupportedCompression("zstd".to_owned());
+        let lacking = refusal(file, &io::Error::new(io::ErrorKind::Unsupported, lacking));
+        assert_eq!(
+            lacking.to_string(),
+            "scan.mcap: is compressed by zstd, and this program was built without that"
+        );
+        assert!(lacking.hint().contains("`compression`"));
+        let of_system = refusal(file, &io::Error::from(io::ErrorKind::Unsupported));
+        assert!(matches!(of_system, ImportError::Io { .. }));
+    }
 }

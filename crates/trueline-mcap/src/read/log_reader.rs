@@ -280,6 +280,9 @@ impl<R: Read + Seek> LogReader<R> {
                 open.kept += usize::from(self.item.is_some());
                 self.chunk = Some(open);
             }
+            Some(Err(error @ McapError::UnsupportedCompression(_))) => {
+                return Err(io::Error::new(io::ErrorKind::Unsupported, error));
+            }
             Some(Err(error)) => {
                 let length = open.length as u64 + FRAME_BYTES;
                 self.damages.push(open.head.damage(offset, length, open.kept, &error));

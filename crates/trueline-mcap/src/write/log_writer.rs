@@ -7,7 +7,7 @@ use crate::write::entry::Entry;
 use crate::write::listener::Heard;
 use crate::write::sink::{SharedSink, Sink};
 use mcap::records::{MessageHeader, Metadata};
-use mcap::{Attachment, Compression, McapError, WriteOptions};
+use mcap::{Attachment, McapError, WriteOptions};
 use std::collections::BTreeMap;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -121,18 +121,26 @@ impl<S: Sink> LogWriter<S> {
 }
 
 fn options() -> WriteOptions {
-    WriteOptions::new()
+    packed(WriteOptions::new())
         .profile(PROFILE)
         .library(concat!("trueline ", env!("CARGO_PKG_VERSION")))
         .chunk_size(Some(CHUNK_BYTES))
-        .compression(Some(Compression::Zstd))
-        .compression_level(1)
-        // Else every recording starts as many threads as there are processors.
-        .compression_threads(0)
         // A chunk reaches the file only when it is complete: everything in the file can be read.
         .disable_seeking(true)
         // Readers rely on it: without a checksum, altered bytes look like good ones.
         .calculate_chunk_crcs(true)
+}
+
+#[cfg(feature = "compression")]
+fn packed(options: WriteOptions) -> WriteOptions {
+    let zstd = options.compression(Some(mcap::Compression::Zstd)).compression_level(1);
+    // Else every recording starts as many threads as there are processors.
+    zstd.compression_threads(0)
+}
+
+#[cfg(not(feature = "compression"))]
+fn packed(options: WriteOptions) -> WriteOptions {
+    options.compression(None)
 }
 
 /// The whole message: the error of the MCAP library omits that of the operating system.
