@@ -4,7 +4,7 @@
 //! calibrated, first with Gaussian features alone, where the Cramér–Rao bound is known, then with the preset's
 //! noise of features, robot and stamps. `--from-truth` starts at the truth, which finds the same optimum sooner.
 
-#[path = "../../crates/trueline-method/tests/monte_carlo/mod.rs"]
+#[path = "../../crates/trueline-method/tests/it/monte_carlo/mod.rs"]
 mod simulated;
 
 use crate::arguments::number;

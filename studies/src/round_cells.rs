@@ -5,7 +5,7 @@
 //! is drawn from what is assumed of it.
 #![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
-#[path = "../../crates/trueline-sensor/tests/round/mod.rs"]
+#[path = "../../crates/trueline-sensor/tests/it/round/mod.rs"]
 #[allow(dead_code, reason = "the tests use the rest of it")]
 mod round;
 

@@ -4,7 +4,7 @@
 //! The memory is that of building and solving the problem, without the observations and the trajectory (Linux only).
 #![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
-#[path = "../../crates/trueline-method/tests/large_scan/mod.rs"]
+#[path = "../../crates/trueline-method/tests/it/large_scan/mod.rs"]
 mod large_scan;
 
 use crate::arguments::number;

@@ -5,7 +5,7 @@
 //! size of the errors.
 #![allow(clippy::unwrap_used, reason = "a study fails by panicking")]
 
-#[path = "../../crates/trueline-sensor/tests/sighted/mod.rs"]
+#[path = "../../crates/trueline-sensor/tests/it/sighted/mod.rs"]
 mod sighted;
 
 use crate::arguments::{number, word};

@@ -9,7 +9,7 @@
 //! its end turns the camera about itself instead of the seam's point; one with `-stripes` has both plates' whole stripes.
 //! CHANGE is the beginning of a row's name.
 
-#[path = "../../crates/trueline-watch/tests/common/drawn.rs"]
+#[path = "../../crates/trueline-watch/tests/it/common/drawn.rs"]
 mod drawn;
 
 use crate::arguments::{number, word};

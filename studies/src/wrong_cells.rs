@@ -17,7 +17,7 @@ use trueline_geometry::Pose;
 use trueline_method::{Config, Status, calibrate};
 use trueline_plan::{Cell, Plan, PlanRequest, Seam, plan};
 
-#[path = "../../crates/trueline-plan/tests/cells/mod.rs"]
+#[path = "../../crates/trueline-plan/tests/it/cells/mod.rs"]
 pub(crate) mod cells;
 
 const NAMES: [&str; 7] = ["t_d ms", "rx deg", "ry deg", "rz deg", "tx mm", "ty mm", "tz mm"];

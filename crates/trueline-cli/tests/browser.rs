@@ -3,7 +3,7 @@
 //! Needs Chromium: see `common/chromium.rs`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-#[path = "common/chromium.rs"]
+#[path = "it/common/chromium.rs"]
 mod chromium;
 
 use chromium::attribute;

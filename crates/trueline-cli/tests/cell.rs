@@ -5,6 +5,7 @@
 #![cfg(feature = "gige")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "it/common/mod.rs"]
 mod common;
 
 use common::{address, trueline, words};

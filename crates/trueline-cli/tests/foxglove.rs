@@ -4,6 +4,7 @@
 //! (`npm install @foxglove/ws-protocol@0.8.0 ws@8 protobufjs@7`), and `node` is in the path. `interop/foxglove.sh` does both.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "it/common/mod.rs"]
 mod common;
 
 use common::{command, trueline, words};

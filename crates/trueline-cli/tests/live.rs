@@ -1,6 +1,7 @@
 //! The live commands as their user runs them, against the simulated controller on loopback.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "it/common/mod.rs"]
 mod common;
 
 use common::{address, code, command, trueline, words};

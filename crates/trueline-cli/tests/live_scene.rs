@@ -1,7 +1,7 @@
 //! Seam points in base as a viewer sees them while a cell is recorded.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-#[path = "../../trueline-mcap/tests/viewer/mod.rs"]
+#[path = "../../trueline-mcap/tests/it/viewer/mod.rs"]
 mod viewer;
 
 use foxglove::messages::PointCloud;

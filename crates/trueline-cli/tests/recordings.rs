@@ -1,6 +1,7 @@
 //! Recordings go where dataset folders go: whole, cut off, and other people's.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "it/common/mod.rs"]
 mod common;
 
 use common::{code, trueline, words};

@@ -3,9 +3,9 @@
 //! Needs Chromium: see `common/chromium.rs`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-#[path = "common/chromium.rs"]
+#[path = "it/common/chromium.rs"]
 mod chromium;
-#[path = "common/live_sites.rs"]
+#[path = "it/common/live_sites.rs"]
 mod common;
 
 use chromium::attribute;

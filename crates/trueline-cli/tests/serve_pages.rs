@@ -1,7 +1,7 @@
 //! The text of the pages and the metrics.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-#[path = "common/live_sites.rs"]
+#[path = "it/common/live_sites.rs"]
 mod common;
 
 use common::{Growing, offer_picture, state_with_an_alarm, state_within_tolerance};

@@ -1,6 +1,7 @@
 //! Small files that would fill the memory: it is bounded by the size of the file, and by that of one chunk.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "it/common/mod.rs"]
 mod common;
 
 use common::{entries, recorded};

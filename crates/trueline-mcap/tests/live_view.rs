@@ -1,6 +1,7 @@
 //! The live view: what is recorded reaches viewers as it is, and a viewer that stalls costs a bounded memory and nobody's time.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "it/viewer/mod.rs"]
 mod viewer;
 
 use foxglove::messages::{FrameTransform, PointCloud};

@@ -3,7 +3,7 @@
 //! `cargo bench -p trueline-method`. Times per feature should not depend on the number of features.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "a benchmark fails by panicking")]
 
-#[path = "../tests/large_scan/mod.rs"]
+#[path = "../tests/it/large_scan/mod.rs"]
 mod large_scan;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -1,6 +1,7 @@
 //! After the first picture nothing is allocated.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "it/scenes/mod.rs"]
 mod scenes;
 
 use scenes::{detector, pictures, scenario, seam};

@@ -6,7 +6,7 @@
 //! correctly. With `--strict` the seam error is that of another robot. With `--plates` cameras and profilers measure
 //! whole stripes.
 
-#[path = "../../../crates/trueline-method/tests/shop_judge/mod.rs"]
+#[path = "../../../crates/trueline-method/tests/it/shop_judge/mod.rs"]
 mod judge;
 mod table;
 

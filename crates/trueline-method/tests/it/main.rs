@@ -1,0 +1,45 @@
+//! Tests of `trueline-method` by its public interface, a file a subject. One program: it links once, and its tests share the processors.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod ambiguity;
+mod at_stops;
+mod at_torch;
+mod axes;
+mod bowed_plates;
+mod clock_alignment;
+mod clocks;
+mod correlated;
+mod curve_plates;
+mod curves;
+mod degeneracy;
+mod difference;
+mod doctor;
+mod drawn_line;
+mod evaluate;
+mod even_clocks;
+mod facts;
+mod feature_correlation;
+mod incremental;
+mod kernel;
+mod large_scan;
+mod late_packets;
+mod live_placement;
+mod misfit_cause;
+mod monte_carlo;
+mod placed_live;
+mod prior;
+mod public_data;
+mod released;
+mod sensor_file;
+mod sensor_shape;
+mod shop_cells;
+mod shop_judge;
+mod statistics;
+mod stream_clock;
+mod stripe_frames;
+mod stripes;
+mod trigger_offset;
+mod truth;
+mod unstated_seam;
+mod weakly_seen;
+mod wild;
