@@ -1,22 +1,10 @@
 //! Readings that an encoder triggers: its counts in the place of stamps.
 
+use crate::common::{ends_with, text, trueline};
 use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn trueline(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat()
-}
-
-fn code(output: &Output, expected: i32) {
-    assert_eq!(output.status.code(), Some(expected), "{}", words(output));
-}
 
 /// Counts of a belt that runs unevenly, every 20 ms from a second before the readings to a second after them: s and counts.
 fn log(first_s: f64, last_s: f64) -> Vec<[f64; 2]> {
@@ -59,7 +47,7 @@ fn write_log(scan: &Path, log: &[[f64; 2]]) {
 }
 
 fn calibrated(folder: &Path, scan: &str) -> Value {
-    code(&trueline(folder, &["calibrate", scan, "--json", "result.json", "--quiet"]), 0);
+    ends_with(&trueline(folder, &["calibrate", scan, "--json", "result.json", "--quiet"]), 0);
     serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap()
 }
 
@@ -67,14 +55,14 @@ fn calibrated(folder: &Path, scan: &str) -> Value {
 fn counts_of_an_encoder_are_as_good_as_stamps() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    code(&trueline(folder, &["simulate", "--preset", "quick", "--quiet", "--out", "scan"]), 0);
+    ends_with(&trueline(folder, &["simulate", "--preset", "quick", "--quiet", "--out", "scan"]), 0);
     let stamped = calibrated(folder, "scan");
     let scan = folder.join("scan");
     let log = with_counts(&scan);
     write_log(&scan, &log);
     let counted = calibrated(folder, "scan");
     assert!(counted["inputs"]["encoder.csv"].is_string(), "{:#}", counted["inputs"]);
-    code(&trueline(folder, &["import", "csv", "scan", "--out", "imported", "--quiet"]), 0);
+    ends_with(&trueline(folder, &["import", "csv", "scan", "--out", "imported", "--quiet"]), 0);
     let imported = calibrated(folder, "imported");
     for other in [counted, imported] {
         // Stamps are rounded to a nanosecond, and counts were written with all digits: at 0.1 m/s a nanosecond is 0.1 nm.
@@ -91,18 +79,18 @@ fn counts_of_an_encoder_are_as_good_as_stamps() {
 fn counts_that_say_no_time_are_refused_with_file_and_line() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    code(&trueline(folder, &["simulate", "--preset", "quick", "--quiet", "--out", "scan"]), 0);
+    ends_with(&trueline(folder, &["simulate", "--preset", "quick", "--quiet", "--out", "scan"]), 0);
     let scan = folder.join("scan");
     fs::write(scan.join("encoder.csv"), "time_s,encoder\n0,1\n1,2\n").unwrap();
     let stamped = trueline(folder, &["calibrate", "scan"]);
-    assert!(words(&stamped).contains("encoder.csv is ignored"), "{}", words(&stamped));
+    assert!(text(&stamped).contains("encoder.csv is ignored"), "{}", text(&stamped));
     fs::remove_file(scan.join("encoder.csv")).unwrap();
     let log = with_counts(&scan);
     let refused = |what: &str, expected: &[&str]| {
         let output = trueline(folder, &["calibrate", "scan"]);
-        code(&output, 2);
+        ends_with(&output, 2);
         for expected in expected {
-            assert!(words(&output).contains(expected), "{what}: {expected}: {}", words(&output));
+            assert!(text(&output).contains(expected), "{what}: {expected}: {}", text(&output));
         }
     };
     refused("no log", &["features.csv", "encoder.csv beside robot.csv"]);

@@ -1,26 +1,14 @@
 //! Pose sightings as users calibrate them: cast, calibrated, exported, refused.
 
+use crate::common::{ends_with, text, trueline};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn trueline(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat()
-}
-
-fn code(output: &Output, expected: i32) {
-    assert_eq!(output.status.code(), Some(expected), "{}", words(output));
-}
 
 /// The result of a calibration that ends with this code.
 fn calibrated(folder: &Path, arguments: &[&str], expected: i32) -> Value {
     let all = [&["calibrate"][..], arguments, &["--json", "result.json", "--quiet"]].concat();
-    code(&trueline(folder, &all), expected);
+    ends_with(&trueline(folder, &all), expected);
     serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap()
 }
 
@@ -47,7 +35,7 @@ fn a_marker_before_a_moving_robot_gives_time_offset_hand_eye_and_target() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     let cast = ["simulate", "--sightings", "--outliers", "0.3", "--time-offset-ms", "-820", "--out", "scan"];
-    code(&trueline(folder, &cast), 0);
+    ends_with(&trueline(folder, &cast), 0);
     let result = calibrated(folder, &["scan"], 0);
     // Four numbers beyond four standard deviations: one run in 4,000.
     assert!(off_in_sigmas(&result, &folder.join("scan")) < 4.0, "{result:#}");
@@ -61,7 +49,7 @@ fn a_marker_before_a_moving_robot_gives_time_offset_hand_eye_and_target() {
     assert!(result["base_from_target"]["translation_mm"][0].is_f64());
     assert_eq!(result["inputs"].as_object().unwrap().len(), 3);
     for form in ["matrix", "ros2", "time-offset"] {
-        code(&trueline(folder, &["export", "result.json", "--as", form]), 0);
+        ends_with(&trueline(folder, &["export", "result.json", "--as", form]), 0);
     }
     // The guess next to the recording is used, and held values stay.
     fs::copy(folder.join("scan/truth.toml"), folder.join("guess.toml")).unwrap();
@@ -70,15 +58,15 @@ fn a_marker_before_a_moving_robot_gives_time_offset_hand_eye_and_target() {
     assert_eq!(held["sigma"]["time_offset_s"], Value::Null);
     // A summary for people.
     let said = trueline(folder, &["calibrate", "scan"]);
-    code(&said, 0);
-    assert!(words(&said).contains("of 300 sightings"), "{}", words(&said));
+    ends_with(&said, 0);
+    assert!(text(&said).contains("of 300 sightings"), "{}", text(&said));
 }
 
 #[test]
 fn stops_and_a_camera_beside_the_robot_are_calibrated_alike() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    code(
+    ends_with(
         &trueline(folder, &["simulate", "--sightings", "--stops", "--wall", "--out", "stops", "--quiet"]),
         0,
     );
@@ -87,8 +75,8 @@ fn stops_and_a_camera_beside_the_robot_are_calibrated_alike() {
     assert!(off_in_sigmas(&result, &folder.join("stops")) < 4.0, "{result:#}");
     assert_eq!(result["time_offset_s"], Value::Null);
     assert_eq!((&result["mounted"], &result["options"]["at_stops"]), (&"fixed".into(), &true.into()));
-    code(&trueline(folder, &["export", "result.json", "--as", "matrix"]), 0);
-    code(
+    ends_with(&trueline(folder, &["export", "result.json", "--as", "matrix"]), 0);
+    ends_with(
         &trueline(
             folder,
             &["simulate", "--sightings", "--wall", "--state-noise", "--out", "wall", "--quiet"],
@@ -104,7 +92,7 @@ fn stops_and_a_camera_beside_the_robot_are_calibrated_alike() {
 fn what_the_motion_hides_is_null_and_named_and_the_exit_code_is_1() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    code(&trueline(folder, &["simulate", "--sightings", "shifts", "--out", "shifts", "--quiet"]), 0);
+    ends_with(&trueline(folder, &["simulate", "--sightings", "shifts", "--out", "shifts", "--quiet"]), 0);
     let result = calibrated(folder, &["shifts"], 1);
     assert_eq!(result["status"], "not_accepted");
     let hidden = result["observability"]["unobservable"].as_array().unwrap();
@@ -120,7 +108,7 @@ fn what_the_motion_hides_is_null_and_named_and_the_exit_code_is_1() {
 fn options_of_seams_and_broken_files_are_refused_with_their_place() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
-    code(
+    ends_with(
         &trueline(folder, &["simulate", "--sightings", "--sighting-count", "60", "--out", "scan", "--quiet"]),
         0,
     );
@@ -134,15 +122,15 @@ fn options_of_seams_and_broken_files_are_refused_with_their_place() {
         &["--speed-mm-s", "20"],
     ] {
         let output = trueline(folder, &[&["calibrate", "scan"][..], option].concat());
-        code(&output, 2);
-        assert!(words(&output).contains(option[0]), "{}", words(&output));
+        ends_with(&output, 2);
+        assert!(text(&output).contains(option[0]), "{}", text(&output));
     }
     // Other commands say what the folder holds.
     for command in [&["doctor", "scan"][..], &["evaluate", "scan", "--calibration", "result.json"]] {
         let output = trueline(folder, command);
-        code(&output, 2);
+        ends_with(&output, 2);
     }
-    let doctor = words(&trueline(folder, &["doctor", "scan"]));
+    let doctor = text(&trueline(folder, &["doctor", "scan"]));
     assert!(doctor.contains("poses") && doctor.contains("trueline calibrate"), "{doctor}");
     let file = folder.join("scan/sightings.csv");
     let good = fs::read_to_string(&file).unwrap();
@@ -159,8 +147,8 @@ fn options_of_seams_and_broken_files_are_refused_with_their_place() {
     ] {
         fs::write(&file, &bad).unwrap();
         let output = trueline(folder, &["calibrate", "scan"]);
-        code(&output, 2);
-        let said = words(&output);
+        ends_with(&output, 2);
+        let said = text(&output);
         assert!(said.contains("sightings.csv") && said.contains(expected), "{expected}: {said}");
         assert!(said.contains("hint:"), "{said}");
     }
@@ -170,6 +158,6 @@ fn options_of_seams_and_broken_files_are_refused_with_their_place() {
     )
     .unwrap();
     let output = trueline(folder, &["calibrate", "scan"]);
-    code(&output, 2);
-    assert!(words(&output).contains("laser_plane"), "{}", words(&output));
+    ends_with(&output, 2);
+    assert!(text(&output).contains("laser_plane"), "{}", text(&output));
 }

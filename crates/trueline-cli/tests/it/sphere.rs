@@ -1,29 +1,17 @@
 //! `calibrate --target sphere` and `--target cylinder`, as their user runs them: simulated, real profiles at stops, what is refused.
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
+use crate::common::{ends_with, text, trueline};
 use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn trueline(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat()
-}
-
-fn code(output: &Output, expected: i32) {
-    assert_eq!(output.status.code(), Some(expected), "{}", words(output));
-}
 
 /// The result of a calibration that ends with this code.
 fn calibrated(folder: &Path, arguments: &[&str], expected: i32) -> Value {
     let all =
         [&["calibrate"][..], arguments, &["--target", "sphere", "--json", "result.json", "--quiet"]].concat();
-    code(&trueline(folder, &all), expected);
+    ends_with(&trueline(folder, &all), expected);
     serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap()
 }
 
@@ -50,7 +38,7 @@ fn a_simulated_sphere_gives_its_truth_with_and_without_a_radius_moving_and_at_st
     for (k, (cast, options)) in cases.into_iter().enumerate() {
         let name = format!("scan-{k}");
         let cast = [&["simulate", "--target", "sphere", "--quiet", "--out", &name][..], cast].concat();
-        code(&trueline(folder, &cast), 0);
+        ends_with(&trueline(folder, &cast), 0);
         let result = calibrated(folder, &[&[&name[..]], options].concat(), 0);
         let truth: toml::Value =
             toml::from_str(&fs::read_to_string(folder.join(&name).join("truth.toml")).unwrap()).unwrap();
@@ -81,7 +69,7 @@ fn what_the_motion_hides_is_named_and_null() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     let cast = ["simulate", "--target", "sphere", "--motion", "shifts", "--quiet", "--out", "shifts"];
-    code(&trueline(folder, &cast), 0);
+    ends_with(&trueline(folder, &cast), 0);
     let result = calibrated(folder, &["shifts", "--radius-mm", "20"], 1);
     let hidden = result["observability"]["unobservable"].as_array().unwrap();
     assert!(hidden.iter().any(|entry| entry["parameter"] == "hand_eye_translation"), "{hidden:?}");
@@ -93,7 +81,7 @@ fn options_of_seams_and_scans_without_a_sphere_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     let cast = ["simulate", "--target", "sphere", "--stops", "--quiet", "--out", "scan"];
-    code(&trueline(folder, &cast), 0);
+    ends_with(&trueline(folder, &cast), 0);
     for (arguments, expected) in [
         (&["scan", "--target", "sphere", "--use", "stripe"][..], "--use"),
         (&["scan", "--target", "sphere", "--report", "report.html"], "--report"),
@@ -103,8 +91,8 @@ fn options_of_seams_and_scans_without_a_sphere_are_refused() {
         (&["scan", "--target", "sphere", "--radius-mm", "6"], "of 24 profiles"),
     ] {
         let output = trueline(folder, &[&["calibrate"][..], arguments].concat());
-        code(&output, 2);
-        assert!(words(&output).contains(expected), "{expected}: {}", words(&output));
+        ends_with(&output, 2);
+        assert!(text(&output).contains(expected), "{expected}: {}", text(&output));
     }
 }
 
@@ -161,11 +149,11 @@ fn a_simulated_cylinder_gives_its_truth_and_says_what_is_held() {
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     let cast = ["simulate", "--target", "cylinder", "--stops", "--quiet", "--out", "pipe"];
-    code(&trueline(folder, &cast), 0);
+    ends_with(&trueline(folder, &cast), 0);
     let calibrate =
         ["calibrate", "pipe", "--target", "cylinder", "--radius-mm", "20", "--robot-accuracy-mm", "0.12"];
     let output = trueline(folder, &[&calibrate[..], &["--json", "result.json"]].concat());
-    code(&output, 0);
+    ends_with(&output, 0);
     let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
     let truth: toml::Value =
         toml::from_str(&fs::read_to_string(folder.join("pipe/truth.toml")).unwrap()).unwrap();
@@ -182,6 +170,6 @@ fn a_simulated_cylinder_gives_its_truth_and_says_what_is_held() {
     assert!((length - 1.0).abs() < 1e-9 && cylinder["sigma_point_mm"].as_f64().unwrap() > 0.0, "{cylinder}");
     assert!(result["sphere"].is_null() && result["base_from_target"].is_null(), "{result:#}");
     for expected in ["cylinder in base:", "axis direction", "a cylinder looks the same under"] {
-        assert!(words(&output).contains(expected), "{expected}: {}", words(&output));
+        assert!(text(&output).contains(expected), "{expected}: {}", text(&output));
     }
 }

@@ -139,7 +139,7 @@ impl<R: Read + Seek> LogReader<R> {
     /// The next item in the order of the file; `None` at the end.
     ///
     /// # Errors
-    /// Error of the operating system.
+    /// Error of the operating system, and a compression that this build lacks (`Unsupported`).
     pub fn next_item(&mut self) -> io::Result<Option<Item>> {
         loop {
             if let Some(item) = self.item.take() {

@@ -27,6 +27,16 @@ pub(crate) fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// All its text.
+pub(crate) fn text(output: &Output) -> String {
+    [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat()
+}
+
+/// Fails with its text if it ended with another code.
+pub(crate) fn ends_with(output: &Output, expected: i32) {
+    assert_eq!(code(output), expected, "{}", text(output));
+}
+
 /// An address of this machine with a port that is free.
 pub(crate) fn address() -> String {
     UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string()
