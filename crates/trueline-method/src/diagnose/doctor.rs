@@ -75,6 +75,7 @@ pub fn diagnose(
         steps: &mut steps,
         budget,
         stamped_hz: stamped_hz(recording),
+        is_plausible: certain.is_empty(),
         done: Vec::new(),
         not_tried: Vec::new(),
     };
@@ -85,9 +86,9 @@ pub fn diagnose(
     span.record("trials", done.len());
     let (explained_by, mut findings): (Vec<_>, Vec<_>) =
         explanations(&as_recorded, &done).into_iter().unzip();
-    findings.extend(certain);
+    findings.extend(certain.iter().cloned());
     // As `trueline calibrate`, with the thinned features.
-    let is_asked = as_recorded.fits() || explained_by.is_empty();
+    let is_asked = as_recorded.fits() || explained_by.is_empty() && certain.is_empty();
     let whole = is_asked.then(|| estimate(&thin, None, config)).and_then(Result::ok);
     if let Some(curve) = whole.as_ref().filter(|whole| is_curve(whole)) {
         findings.extend(told::of_data(curve));

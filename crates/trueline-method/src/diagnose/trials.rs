@@ -7,6 +7,7 @@ use crate::diagnose::estimated_mistakes::{Estimated, axis_scale, crop};
 use crate::diagnose::euler_mistakes::{self, EulerMistake};
 use crate::diagnose::mistakes::MISTAKES;
 use crate::diagnose::outcome::Outcome;
+use crate::diagnose::plausibility::implausible;
 use crate::diagnose::pose_mistakes::POSE_MISTAKES;
 use crate::diagnose::quick_fit::glance;
 use crate::diagnose::sensor_mistakes::SENSOR_MISTAKES;
@@ -89,6 +90,8 @@ pub(super) struct Trials<'a, W> {
     pub budget: Budget,
     /// Images per second according to their stamps.
     pub stamped_hz: f64,
+    /// Whether a robot can have taken the recorded poses.
+    pub is_plausible: bool,
     /// Completed trials.
     pub done: Vec<Trial>,
     /// Mistakes that were not tried for lack of time.
@@ -112,12 +115,17 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         if self.is_explained() {
             return;
         }
+        let mut euler = if self.as_recorded.fits() { Vec::new() } else { euler_mistakes::all() };
+        if !self.is_plausible {
+            // Only other attitudes can make these poses possible.
+            self.try_sequences(euler);
+            return;
+        }
         let (few, config, budget, stamped_hz) = (self.few, self.config, self.budget, self.stamped_hz);
         self.estimate("rate of the image stamps", RATE_COSTS, || stamp_rate(few, config, budget, stamped_hz));
         for (axis, name) in ["scale of x", "scale of y", "scale of z"].into_iter().enumerate() {
             self.estimate(name, SCALE_COSTS, || axis_scale(few, config, budget, axis));
         }
-        let mut euler = if self.as_recorded.fits() { Vec::new() } else { euler_mistakes::all() };
         let rare = euler.split_off(euler.len().min(USUAL_SEQUENCES));
         self.try_sequences(euler);
         self.estimate("cropped images", CROP_COSTS, || crop(few, config, budget));
@@ -193,10 +201,15 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         }
     }
 
-    /// Outcome without each mistake, on a few features. As many run at once as there are threads.
+    /// Outcome without each mistake, on a few features. As many run at once as there are threads. A mistake without which no robot can have taken the
+    /// poses was not made.
     fn screen(&mut self, candidates: Vec<Candidate>) -> Vec<(f64, Trial)> {
-        let possible: Vec<(Candidate, Recording)> =
-            candidates.into_iter().filter_map(|c| c.2.of(self.few).map(|mended| (c, mended))).collect();
+        let without = |candidate: Candidate| candidate.2.of(self.few).map(|mended| (candidate, mended));
+        let possible: Vec<(Candidate, Recording)> = candidates
+            .into_iter()
+            .filter_map(without)
+            .filter(|(_, mended)| implausible(mended).is_empty())
+            .collect();
         self.steps.expect(possible.len());
         let (threads, config) = (self.config.threads.max(1), Config { threads: 1, ..self.config.clone() });
         let mut screened = Vec::new();
