@@ -13,7 +13,8 @@ const STEP: usize = 8;
 /// Largest number of places.
 const MOST_SITES: usize = 4000;
 /// Half of a bar's length, and how far to each side of it is looked, px.
-const HALF_LENGTH: i32 = 6;
+const HALF_LENGTH: usize = 6;
+const LENGTH: usize = 2 * HALF_LENGTH + 1;
 const HALF_WIDTH: usize = 12;
 const WIDTH: usize = 2 * HALF_WIDTH + 1;
 /// Directions that are tried: 11.25° apart.
@@ -37,10 +38,38 @@ struct Bar {
     is_inside: bool,
 }
 
+/// The pixels of a bar and of its sides about a place, in one direction.
+#[derive(Clone, Debug)]
+struct BarPixels {
+    along: [f32; 2],
+    /// Places in the picture's levels relative to that of the bar, by distance from the middle line, for each step along it.
+    steps: [[isize; WIDTH]; LENGTH],
+}
+
+impl BarPixels {
+    fn all(columns: usize) -> impl Iterator<Item = Self> {
+        (0..DIRECTIONS).map(move |direction| {
+            let (sin, cos) = (direction as f32 * std::f32::consts::PI / DIRECTIONS as f32).sin_cos();
+            let place = |s: f32, d: f32| {
+                let (x, y) = ((s * cos - d * sin).round() as isize, (s * sin + d * cos).round() as isize);
+                y * columns as isize + x
+            };
+            let step = |along: usize| {
+                let s = along as f32 - HALF_LENGTH as f32;
+                std::array::from_fn(|k| place(s, k as f32 - HALF_WIDTH as f32))
+            };
+            Self { along: [cos, sin], steps: std::array::from_fn(step) }
+        })
+    }
+}
+
 /// Finds ridges; keeps its memory from one picture to the next.
 #[derive(Clone, Debug)]
 pub(crate) struct RidgeFinder {
     most_sites: usize,
+    /// For each direction, in pictures of [`Self::columns`].
+    pixels: Vec<BarPixels>,
+    columns: usize,
     bars: Vec<Bar>,
     contrasts: Vec<f32>,
     /// Usual contrast of bars, and its spread, in levels.
@@ -50,7 +79,15 @@ pub(crate) struct RidgeFinder {
 
 impl Default for RidgeFinder {
     fn default() -> Self {
-        Self { most_sites: MOST_SITES, bars: Vec::new(), contrasts: Vec::new(), usual: 0.0, spread: 0.0 }
+        Self {
+            most_sites: MOST_SITES,
+            pixels: Vec::new(),
+            columns: 0,
+            bars: Vec::new(),
+            contrasts: Vec::new(),
+            usual: 0.0,
+            spread: 0.0,
+        }
     }
 }
 
@@ -69,7 +106,12 @@ impl RidgeFinder {
     ) {
         edgels.clear();
         self.bars.clear();
-        let margin = HALF_WIDTH + HALF_LENGTH as usize;
+        if self.columns != picture.width() {
+            self.columns = picture.width();
+            self.pixels.clear();
+            self.pixels.extend(BarPixels::all(self.columns));
+        }
+        let margin = HALF_WIDTH + HALF_LENGTH;
         let [columns, rows] = [picture.width(), picture.height()]
             .map(|size| (margin..size.saturating_sub(margin)).step_by(STEP));
         let sites = rows.flat_map(|v| columns.clone().map(move |u| [u, v]));
@@ -81,7 +123,7 @@ impl RidgeFinder {
             let around = [[far, 0.0], [-far, 0.0], [0.0, far], [0.0, -far]];
             let is_inside =
                 around.iter().all(|[du, dv]| region.contains(site[0] as f64 + du, site[1] as f64 + dv));
-            self.bars.push(Bar { is_inside, ..fastest!(best_bar(picture, site)) });
+            self.bars.push(Bar { is_inside, ..fastest!(best_bar(picture, &self.pixels, site)) });
         }
         if self.measure_usual().is_none() {
             return;
@@ -118,12 +160,13 @@ impl RidgeFinder {
 
 /// The bar that stands out most about a place.
 #[inline(always)]
-fn best_bar<L: Level>(picture: &Picture<'_, L>, [u, v]: [usize; 2]) -> Bar {
+fn best_bar<L: Level>(picture: &Picture<'_, L>, directions: &[BarPixels], [u, v]: [usize; 2]) -> Bar {
     let (at, contrast) = ([u as f32, v as f32], f32::NEG_INFINITY);
     let mut best = Bar { at, along: [1.0, 0.0], contrast, sigma_px: 1.0, is_inside: true };
-    for direction in 0..DIRECTIONS {
-        let (sin, cos) = (direction as f32 * std::f32::consts::PI / DIRECTIONS as f32).sin_cos();
-        let profile = profile(picture, [u as i32, v as i32], [cos, sin]);
+    let place = v * picture.width() + u;
+    for direction in directions {
+        let [cos, sin] = direction.along;
+        let profile = profile(picture.levels(), place, &direction.steps);
         for middle in HALF_WIDTH - MOST_BESIDE..=HALF_WIDTH + MOST_BESIDE {
             let side =
                 |first: usize| profile[first..first + SIDE.len()].iter().sum::<f32>() / SIDE.len() as f32;
@@ -142,16 +185,14 @@ fn best_bar<L: Level>(picture: &Picture<'_, L>, [u, v]: [usize; 2]) -> Bar {
 
 /// Mean level along a bar by distance from its middle line.
 #[inline(always)]
-fn profile<L: Level>(picture: &Picture<'_, L>, [u, v]: [i32; 2], [cos, sin]: [f32; 2]) -> [f32; WIDTH] {
+fn profile<L: Level>(levels: &[L], place: usize, steps: &[[isize; WIDTH]; LENGTH]) -> [f32; WIDTH] {
     let mut sums = [0.0_f32; WIDTH];
-    for along in -HALF_LENGTH..=HALF_LENGTH {
-        for (k, sum) in sums.iter_mut().enumerate() {
-            let (s, d) = (along as f32, k as f32 - HALF_WIDTH as f32);
-            let (x, y) = ((s * cos - d * sin).round() as i32, (s * sin + d * cos).round() as i32);
-            *sum += picture.row((v + y) as usize)[(u + x) as usize].into();
+    for step in steps {
+        for (sum, relative) in sums.iter_mut().zip(step) {
+            *sum += levels[place.wrapping_add_signed(*relative)].into();
         }
     }
-    sums.map(|sum| sum / (2 * HALF_LENGTH + 1) as f32)
+    sums.map(|sum| sum / LENGTH as f32)
 }
 
 /// Centre of gravity and standard deviation of the light above the ground between a ridge's sides, px.
