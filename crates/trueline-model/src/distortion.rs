@@ -148,9 +148,12 @@ fn turning_points(c: [f64; 4]) -> [Option<f64>; 2] {
 }
 
 fn bisect(value: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
-    for _ in 0..200 {
+    loop {
         let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high || middle.is_nan() {
+            // No number lies between them.
+            return low;
+        }
         if value(middle) > 0.0 { low = middle } else { high = middle }
     }
-    low
 }
