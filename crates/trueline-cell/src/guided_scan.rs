@@ -146,7 +146,7 @@ impl EndedScan {
             EndReason::Stopped if !self.was_asked => "stopped because it is not recorded any more".to_owned(),
             EndReason::RobotSilent { .. } if outcome.was_converged => {
                 "the controller ended the guidance: the robot was at its reference for \\CondTime (a slow path, or a rest on it; \
-                 `trueline rapid` writes a window that suits the path and its pace)"
+                 `trueline robot-program abb` writes a window that suits the path and its pace)"
                     .to_owned()
             }
             end_reason => end_reason.to_string(),

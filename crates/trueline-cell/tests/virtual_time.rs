@@ -249,7 +249,7 @@ fn scan(scenario: &Scenario, network: NetworkSettings, folder: &Path) -> u64 {
     };
     let start = simulated.robot[0].base_from_tool;
     let mut controller = ControllerSettings::new(Task::Guidance { start });
-    // The output of `trueline rapid`.
+    // The output of `trueline robot-program abb`.
     controller.convergence = Convergence { distance_m: 5e-5, angle_rad: 0.05_f64.to_radians(), for_s: 3.0 };
     let mut world = VirtualTime {
         controller: Controller::new(controller),

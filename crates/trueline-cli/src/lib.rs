@@ -189,7 +189,6 @@ fn execute(arguments: &Arguments) -> Outcome {
         Command::Record(args) => commands::record::run(args),
         #[cfg(feature = "live")]
         Command::Scan(args) => commands::scan::run(args),
-        Command::Rapid(args) => commands::rapid::run(args),
         Command::RobotProgram(args) => commands::robot_program::run(args),
         Command::Doctor(args) => commands::doctor::run(args),
         Command::Completions(args) => commands::completions::run(args),

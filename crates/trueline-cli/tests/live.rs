@@ -473,22 +473,22 @@ fn rapid_modules_are_written_once_and_say_what_nobody_tried() {
     let dir = tempfile::tempdir().unwrap();
     write_path(dir.path());
     for mode in ["stream", "guidance"] {
-        let file = format!("{mode}.mod");
         let arguments = [
-            "rapid",
+            "robot-program",
+            "abb",
             "path.csv",
             "--mode",
             mode,
             "--pc",
             "192.168.125.10:6510",
             "--out",
-            &file,
+            mode,
             "--tool",
             "tCam",
         ];
         let written = trueline(dir.path(), &arguments);
         assert_eq!(code(&written), 0, "{}", words(&written));
-        let text = fs::read_to_string(dir.path().join(&file)).unwrap();
+        let text = fs::read_to_string(dir.path().join(mode).join("LineScan.mod")).unwrap();
         assert!(text.contains("NOT TRIED") && text.contains("tCam") && text.contains("192.168.125.10"));
         assert_eq!(code(&trueline(dir.path(), &arguments)), 2, "never overwritten");
     }

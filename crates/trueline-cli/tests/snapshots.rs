@@ -145,5 +145,10 @@ const LINES: [&str; 46] = [
     "listen --protocol fanuc-stream-motion --robot 127.0.0.1 --inputs 101",
     "listen --protocol kuka-rsi --bind 127.0.0.1:5000 --answer-rsi nowhere.xml",
     "listen --protocol kuka-rsi --bind 127.0.0.1:5000 --robot 127.0.0.1 --answer-rsi broken.toml",
-    "robot-program ur scan/robot.csv --out x --input 3",
+    "robot-program ur scan/robot.csv --out x --signal 3",
+    "robot-program kuka scan/robot.csv --out x --pc 192.168.1.20:49152 --tool tCam",
+    "robot-program kuka scan/robot.csv --out x --pc 192.168.1.20:49152 --signal doCamera",
+    "robot-program abb scan/robot.csv --out x --tool tCam",
+    "robot-program abb scan/robot.csv --out x --pc 192.168.125.10:6510 --timeout-s 0.5",
+    "robot-program abb scan/robot.csv --out x --pc 0.0.0.0:6510",
 ];

@@ -36,7 +36,6 @@ pub mod motion;
 pub mod pose_feed;
 pub mod priority;
 pub mod protocol;
-pub mod rapid;
 mod reply_times;
 mod robot_answer;
 pub mod robot_frame;

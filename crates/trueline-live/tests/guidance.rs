@@ -94,7 +94,7 @@ fn robot() -> SocketAddr {
     "192.0.2.1:40000".parse().unwrap()
 }
 
-/// The output of `trueline rapid`. With the default of 1 mm a slow start counts as rest, and the guidance ends.
+/// The output of `trueline robot-program abb`. With the default of 1 mm a slow start counts as rest, and the guidance ends.
 fn tight() -> Convergence {
     Convergence { distance_m: 5e-5, angle_rad: 0.05_f64.to_radians(), for_s: 3.0 }
 }

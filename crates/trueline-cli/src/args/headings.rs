@@ -241,14 +241,23 @@ const LAYOUTS: &[Layout] = &[
         ],
     },
     Layout {
-        command: "rapid",
-        everyday: &["out", "pc", "tool", "work-object", "pace"],
+        command: "robot-program",
+        everyday: &["out", "pc", "pace", "signal", "rsi"],
         sections: &[
             (
-                "Guidance",
-                &["mode", "device", "timeout-s", "approach-mm-s", "speed-deviation-deg-s", "signal"],
+                "RAPID module with EGM",
+                &[
+                    "mode",
+                    "module",
+                    "tool",
+                    "work-object",
+                    "device",
+                    "mechanical-unit",
+                    "task",
+                    "approach-mm-s",
+                ],
             ),
-            ("Module", &["module", "mechanical-unit", "task"]),
+            ("Guidance by EGM", &["speed-deviation-deg-s", "timeout-s"]),
         ],
     },
     Layout {

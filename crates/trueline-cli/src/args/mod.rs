@@ -39,7 +39,7 @@ mod part_moves;
 mod plan;
 #[cfg(feature = "live")]
 mod protocol;
-mod rapid;
+mod rapid_egm;
 mod requirement;
 mod robot_program;
 #[cfg(feature = "live")]
@@ -99,7 +99,7 @@ pub(crate) use new_folder::NewFolder;
 pub(crate) use plan::PlanArgs;
 #[cfg(feature = "live")]
 pub(crate) use protocol::LinkArgs;
-pub(crate) use rapid::{Mode, RapidArgs};
+pub(crate) use rapid_egm::RapidEgmArgs;
 pub(crate) use robot_program::RobotProgramArgs;
 #[cfg(feature = "live")]
 pub(crate) use robot_sim::RobotSimArgs;
@@ -287,8 +287,6 @@ pub(crate) enum Command {
     /// Guide a robot along a planned path and record it; a dry run without --enable-motion
     #[cfg(feature = "live")]
     Scan(ScanArgs),
-    /// Write a RAPID module for a planned path
-    Rapid(RapidArgs),
     /// Write a robot's own program for a path, with what it needs to stream its poses meanwhile
     RobotProgram(RobotProgramArgs),
     /// Find out why a dataset does not calibrate: undo the usual mistakes one at a time

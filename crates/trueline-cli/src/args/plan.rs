@@ -136,7 +136,7 @@ static EXAMPLES: [Choice<Example>; 2] = [
 ];
 
 static PROGRAMS: [Choice<Language>; 5] = [
-    ("rapid", "ABB: a RAPID module (with EGM: `trueline rapid`)", Language::Rapid),
+    ("rapid", "ABB: a RAPID module (with EGM: `trueline robot-program abb`)", Language::Rapid),
     ("krl", "KUKA: a SPLINE block with times", Language::Krl),
     ("urscript", "Universal Robots: servoj along the path", Language::UrScript),
     ("ls", "FANUC: linear moves with times", Language::Ls),

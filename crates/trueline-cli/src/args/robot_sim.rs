@@ -2,7 +2,7 @@
 
 use crate::args::choice::{Choice, named, one_of};
 use crate::args::number;
-use crate::args::rapid::{MODES, Mode};
+use crate::args::rapid_egm::DRIVERS;
 use crate::args::wiring::WiringArgs;
 use clap::Args;
 use std::io;
@@ -12,6 +12,7 @@ use trueline_geometry::{Pose, Trajectory};
 use trueline_live::controller::settings::{ControllerClock, Convergence};
 use trueline_live::controller::{ControllerSettings, Event, NetworkSettings, StopMode, Task, Wiring};
 use trueline_live::egm::Generation;
+use trueline_live::robot_program::rapid_egm::Driver;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -37,8 +38,8 @@ pub(crate) struct RobotSimArgs {
     #[arg(long)]
     pub(crate) wait_for_pc: bool,
     /// Who drives
-    #[arg(long, value_parser = one_of(&MODES), default_value = "stream")]
-    pub(crate) mode: Mode,
+    #[arg(long, value_parser = one_of(&DRIVERS), default_value = "stream")]
+    pub(crate) mode: Driver,
     /// A plan's folder or a robot.csv: the path of the stream, or where a guided robot stands [default: a small S]
     #[arg(long)]
     pub(crate) path: Option<PathBuf>,
@@ -66,7 +67,7 @@ pub(crate) struct RobotSimArgs {
     /// \CommTimeout, s
     #[arg(long, default_value_t = 0.2, value_parser = number::above_zero)]
     pub(crate) timeout_s: f64,
-    /// Distance from the reference at which guidance ends, mm (as `trueline rapid` writes it; RAPID's own default is 1)
+    /// Distance from the reference at which guidance ends, mm (as `trueline robot-program abb` writes it; RAPID's own default is 1)
     #[arg(long, default_value_t = 0.01, value_parser = number::above_zero)]
     pub(crate) near_mm: f64,
     /// and so much, degrees (RAPID's own default is 0.5)
@@ -187,8 +188,8 @@ impl RobotSimArgs {
     /// The controller, and what RAPID does along a path.
     pub(crate) fn controller(&self, path: Trajectory) -> ControllerSettings {
         let task = match self.mode {
-            Mode::Stream => Task::Stream { path, rest_s: self.rest_s },
-            Mode::Guidance => {
+            Driver::Robot => Task::Stream { path, rest_s: self.rest_s },
+            Driver::Pc => {
                 Task::Guidance { start: path.pose_at(path.span().0).unwrap_or_else(Pose::identity) }
             }
         };

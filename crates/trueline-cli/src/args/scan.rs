@@ -181,7 +181,7 @@ pub(crate) struct RecordArgs {
       --enable-motion --out rehearsal                           # slowly first
   trueline scan plan --limits limits.toml --bind 192.168.125.10:6510 --robot 192.168.125.1 --enable-motion --out scan
 
-The robot runs the module of `trueline rapid --mode guidance`. Ctrl-C stops it smoothly along the path; a second Ctrl-C falls \
+The robot runs the module of `trueline robot-program abb --mode guidance`. Ctrl-C stops it smoothly along the path; a second Ctrl-C falls \
 silent at once, and the controller stops by its own timeout. These limits are not safety-rated: fence, enabling \
 device and emergency stop protect people, and EGM itself has no password: keep its network apart.
 

@@ -24,7 +24,6 @@ pub(crate) mod import_csv;
 pub(crate) mod listen;
 pub(crate) mod man;
 pub(crate) mod plan;
-pub(crate) mod rapid;
 #[cfg(feature = "live")]
 pub(crate) mod record;
 pub(crate) mod reproduce;

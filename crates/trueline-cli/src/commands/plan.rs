@@ -76,11 +76,11 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     write(whole.path(), &source, &ask.goal)?;
     let programs = programs(args, &cell, &made.plan)?;
     for file in &programs {
-        output::file(&at(file.name), &file.text)?;
+        output::file(&at(&file.name), &file.text)?;
     }
     whole.finish()?;
     for file in programs.iter().filter(|_| !args.quiet) {
-        output::words(&format!("{}: for {}", args.out.join(file.name).display(), file.goes_to));
+        output::words(&format!("{}: for {}", args.out.join(&file.name).display(), file.goes_to));
     }
     if !args.quiet {
         let text = format!("{}\n  written to {}", plan_summary::text(&source), args.out.display());

@@ -15,14 +15,17 @@ pub(crate) fn run(args: &RobotProgramArgs) -> Result<ExitCode, Failure> {
         let told = format!("{}: no path for a robot's program", path_file::file(&args.path).display());
         Failure::new(told, "it lasts a quarter of a second or longer, its times rise, and it moves")
     })?;
-    let files = args.files(&waypoints).map_err(|[told, hint]| Failure::new(told.to_owned(), hint))?;
+    let files = args.files(&path, &waypoints).map_err(|[told, hint]| Failure::new(told, hint))?;
     let whole = WholeFolder::begin_new(&args.out)?;
     for file in &files {
-        output::file(&whole.path().join(file.name), &file.text)?;
+        output::file(&whole.path().join(&file.name), &file.text)?;
     }
     whole.finish()?;
     for file in &files {
-        output::note(&format!("{}: for {}", args.out.join(file.name).display(), file.goes_to));
+        output::note(&format!("{}: for {}", args.out.join(&file.name).display(), file.goes_to));
+    }
+    if let Some(next) = args.next() {
+        output::note(next);
     }
     output::note(
         "No real controller has run these: check them in the maker's simulation, run them at reduced speed first.",

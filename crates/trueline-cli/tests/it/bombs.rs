@@ -94,7 +94,7 @@ fn pipes_and_endless_devices_are_refused_whatever_they_are_named_for() {
             "plan plan/cell.toml --calibration ENDLESS --out better",
             "scan plan --limits ENDLESS",
             "scan ENDLESS --limits limits.toml",
-            "rapid ENDLESS --pc 127.0.0.1:6510 --out program.mod",
+            "robot-program abb ENDLESS --pc 127.0.0.1:6510 --out program",
             "robot-program kuka ENDLESS --pc 127.0.0.1:6510 --out programs",
             "robot-sim --pc 127.0.0.1:6510 --path ENDLESS --for-s 1",
             "record --replay scan --sensor ENDLESS --bind 127.0.0.1:6510 --out recorded --for-s 1",

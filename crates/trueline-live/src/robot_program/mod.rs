@@ -9,6 +9,7 @@ pub mod krl_rsi;
 pub mod language;
 pub mod ls;
 pub mod program_file;
+pub mod rapid_egm;
 pub(crate) mod rapid_path;
 pub mod table;
 pub mod urscript;

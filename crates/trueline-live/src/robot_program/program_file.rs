@@ -7,7 +7,7 @@ use super::waypoints::Waypoints;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProgramFile {
     /// Its name, which other files of the same program may refer to.
-    pub name: &'static str,
+    pub name: String,
     /// Folder on the controller, or how it gets there.
     pub goes_to: &'static str,
     /// Its content, with the line ends that the controller writes itself.
@@ -23,12 +23,14 @@ impl ProgramFile {
             Language::Rapid | Language::Krl | Language::Ls => {
                 Self::with_dos_lines(language.file_name(), goes_to, &text)
             }
-            Language::UrScript | Language::Csv => Self { name: language.file_name(), goes_to, text },
+            Language::UrScript | Language::Csv => {
+                Self { name: language.file_name().to_owned(), goes_to, text }
+            }
         }
     }
 
     /// Controllers of ABB, KUKA and FANUC write DOS line ends.
-    pub(crate) fn with_dos_lines(name: &'static str, goes_to: &'static str, text: &str) -> Self {
-        Self { name, goes_to, text: text.replace('\n', "\r\n") }
+    pub(crate) fn with_dos_lines(name: impl Into<String>, goes_to: &'static str, text: &str) -> Self {
+        Self { name: name.into(), goes_to, text: text.replace('\n', "\r\n") }
     }
 }

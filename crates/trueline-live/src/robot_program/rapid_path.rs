@@ -17,7 +17,7 @@ pub(crate) fn program(path: &Waypoints) -> String {
     }
     let _ = write!(
         text,
-        "  ! For tool0 in wobj0 and the task T_ROB1; `trueline rapid` takes your own names, and streams poses while it runs.\n\n\
+        "  ! For tool0 in wobj0 and the task T_ROB1; `trueline robot-program abb --pc` takes your own names, and streams poses.\n\n\
          \x20 PROC TruelineScan_Run()\n\
          \x20   ConfJ\\Off;\n\
          \x20   ConfL\\Off;\n\

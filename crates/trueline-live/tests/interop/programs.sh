@@ -33,7 +33,8 @@ if [ ! -x "$VENV/bin/python" ]; then
 fi
 cd "$work"
 "$TRUELINE" plan --example --out plan --tries 300 --program rapid,krl,urscript,ls,csv --quiet
-"$TRUELINE" rapid plan --pc 192.168.125.10:6510 --out plan/LineScan.mod
+"$TRUELINE" robot-program abb plan --pc 192.168.125.10:6510 --out rapid 2> /dev/null
+cp rapid/LineScan.mod plan/
 failed=0
 verdict() { # verdict NAME EXIT_CODE TEXT
     if [ "$2" = 0 ]; then echo "PASS $1: $3"; else echo "FAIL $1: $3"; failed=$((failed + 1)); fi

@@ -3,8 +3,10 @@
 //! Syntax after ABB's application manual 3HAC073318 and the RAPID reference. No real controller has compiled it here, and
 //! the module states this.
 
-use crate::robot_program::rapid_path::{path_procedure, target};
-use crate::robot_program::waypoints::Waypoints;
+use super::language::Language;
+use super::program_file::ProgramFile;
+use super::rapid_path::{path_procedure, target};
+use super::waypoints::Waypoints;
 use std::fmt::Write;
 use std::net::SocketAddr;
 use trueline_dataset::RobotSample;
@@ -79,11 +81,29 @@ const TAKEN: [&str; 14] = [
     "tlEgmId",
 ];
 
-/// The module that moves the robot along the path by itself while the PC only listens.
+/// Who drives while poses are exchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Driver {
+    /// The robot's own program, along the path. The PC only listens.
+    Robot,
+    /// The PC's references (`trueline scan --enable-motion`).
+    Pc,
+}
+
+/// The module, for the task that moves the robot.
 ///
 /// # Errors
 /// Names or figures that RAPID does not take, or no path.
-pub fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, RapidError> {
+pub fn file(cell: &RapidCell, driver: Driver, path: &[RobotSample]) -> Result<ProgramFile, RapidError> {
+    let text = match driver {
+        Driver::Robot => stream_module(cell, path),
+        Driver::Pc => guidance_module(cell, path),
+    }?;
+    Ok(ProgramFile::with_dos_lines(format!("{}.mod", cell.module), Language::Rapid.goes_to(), &text))
+}
+
+/// The module that moves the robot along the path by itself while the PC only listens.
+fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, RapidError> {
     let waypoints = Waypoints::of(path).ok_or(RapidError::Path)?;
     let mut text = head(cell, "the robot follows the path by itself; the PC only listens")?;
     let RapidCell { module, tool, work_object, device, mechanical_unit, .. } = cell;
@@ -122,11 +142,8 @@ pub fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, R
     Ok(text)
 }
 
-/// The module with which the PC guides the robot (`trueline scan --enable-motion`).
-///
-/// # Errors
-/// Names or figures that RAPID does not take, or no path.
-pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, RapidError> {
+/// The module with which the PC guides the robot.
+fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, RapidError> {
     let first = path.first().ok_or(RapidError::Path)?;
     let (near_mm, near_deg) = arrived(path)?;
     let mut text = head(cell, "the PC guides the robot along the path")?;
