@@ -40,7 +40,6 @@ mod reply_times;
 mod robot_answer;
 pub mod robot_frame;
 pub mod robot_link;
-pub mod robot_program;
 pub mod robot_source;
 mod source_report;
 pub mod source_watch;
@@ -51,7 +50,7 @@ pub mod udp_sim;
 pub mod udp_source;
 pub mod ur;
 mod wait;
-pub mod zyx_angles;
+mod zyx_angles;
 
 pub use endpoint::{Endpoint, Newest, Received};
 pub use frame_filter::{FrameFilter, Rejection, SequenceStatus};

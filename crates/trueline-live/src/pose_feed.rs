@@ -62,13 +62,3 @@ pub fn through(path: &[RobotSample]) -> Result<Trajectory, TrajectoryError> {
     let poses: Vec<Pose> = path.iter().map(|p| p.base_from_tool).collect();
     Trajectory::new(times, &poses)
 }
-
-/// A path at a share of its own pace, which takes the longer.
-#[must_use]
-pub fn at_pace(mut path: Vec<RobotSample>, pace: f64) -> Vec<RobotSample> {
-    let first_ns = path.first().map_or(0, |p| p.stamp_ns);
-    for pose in &mut path {
-        pose.stamp_ns = first_ns + ((pose.stamp_ns - first_ns) as f64 / pace).round() as i64;
-    }
-    path
-}

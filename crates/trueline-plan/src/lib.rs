@@ -52,6 +52,7 @@ pub mod predicted_frames;
 pub mod prediction;
 pub mod rehearsal;
 pub mod rehearsed_plan;
+pub mod robot_program;
 pub mod robustness_to_guess;
 pub mod seam;
 pub mod seam_goal;

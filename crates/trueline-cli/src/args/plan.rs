@@ -5,8 +5,8 @@ use crate::args::requirement::{self, Want};
 use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use trueline_live::robot_program::Language;
 use trueline_method::{Measurements, Requirement};
+use trueline_plan::robot_program::Language;
 use trueline_plan::{Criterion, Goal, PlanRequest, Shape, cell_toml};
 
 #[derive(Args)]

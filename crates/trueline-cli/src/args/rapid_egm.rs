@@ -3,7 +3,7 @@
 use crate::args::choice::{Choice, one_of};
 use clap::Args;
 use std::net::SocketAddr;
-use trueline_live::robot_program::rapid_egm::{Driver, RapidCell};
+use trueline_plan::robot_program::rapid_egm::{Driver, RapidCell};
 
 /// All are for ABB with `--pc`. Without them the module has the names of a new controller.
 #[derive(Args)]

@@ -7,9 +7,9 @@ use clap::Args;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use trueline_dataset::RobotSample;
-use trueline_live::robot_program::krl_rsi::{self, RsiContext};
-use trueline_live::robot_program::rapid_egm::{self, Driver};
-use trueline_live::robot_program::{Language, ProgramFile, Waypoints};
+use trueline_plan::robot_program::krl_rsi::{self, RsiContext};
+use trueline_plan::robot_program::rapid_egm::{self, Driver};
+use trueline_plan::robot_program::{Language, ProgramFile, Waypoints};
 
 #[derive(Args)]
 #[command(after_help = "Examples:

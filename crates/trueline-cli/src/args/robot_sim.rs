@@ -12,7 +12,7 @@ use trueline_geometry::{Pose, Trajectory};
 use trueline_live::controller::settings::{ControllerClock, Convergence};
 use trueline_live::controller::{ControllerSettings, Event, NetworkSettings, StopMode, Task, Wiring};
 use trueline_live::egm::Generation;
-use trueline_live::robot_program::rapid_egm::Driver;
+use trueline_plan::robot_program::rapid_egm::Driver;
 
 #[derive(Args)]
 #[command(after_help = "Examples:

@@ -9,12 +9,12 @@ use std::process::ExitCode;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{SensorSetup, WholeFolder, axes_csv, axes_folder, calibration_file, robot_csv};
 use trueline_geometry::AxisKind;
-use trueline_live::robot_program::{PathAxis, ProgramFile, Waypoints};
 use trueline_method::Measurements;
 use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::rehearsed_plan::{
     RehearsedPlan, least_seam_error, shortest_that_reaches, with_better_robots, without_alias,
 };
+use trueline_plan::robot_program::{PathAxis, ProgramFile, Waypoints};
 use trueline_plan::shortest::shortest;
 use trueline_plan::{
     Cell, CellAxis, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, Target, cell_toml,

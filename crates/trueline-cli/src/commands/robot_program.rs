@@ -5,8 +5,8 @@ use crate::failure::Failure;
 use crate::{output, path_file};
 use std::process::ExitCode;
 use trueline_dataset::WholeFolder;
-use trueline_live::pose_feed::at_pace;
-use trueline_live::robot_program::Waypoints;
+use trueline_plan::robot_program::Waypoints;
+use trueline_plan::robot_program::waypoints::at_pace;
 
 /// Runs the command.
 pub(crate) fn run(args: &RobotProgramArgs) -> Result<ExitCode, Failure> {

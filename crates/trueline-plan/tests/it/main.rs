@@ -9,5 +9,6 @@ mod limits;
 mod planned_axes;
 mod predictions;
 mod refusals;
+mod robot_programs;
 mod seam_errors;
 mod stripes;

@@ -1,13 +1,12 @@
 //! A path in every language of robots reads back as the path.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use std::path::Path;
 use trueline_dataset::{RobotSample, robot_csv};
 use trueline_geometry::Pose;
-use trueline_live::robot_program::krl_rsi::{self, RsiContext};
-use trueline_live::robot_program::waypoints::SHORTEST_S;
-use trueline_live::robot_program::{Language, ProgramFile, Waypoints};
+use trueline_plan::robot_program::krl_rsi::{self, RsiContext};
+use trueline_plan::robot_program::waypoints::SHORTEST_S;
+use trueline_plan::robot_program::{Language, ProgramFile, Waypoints};
 
 /// 12 s from rest to rest: it weaves, and turns about all axes, through W = 180° and past it.
 fn path() -> Vec<RobotSample> {

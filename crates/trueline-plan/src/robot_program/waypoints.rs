@@ -3,6 +3,16 @@
 use trueline_dataset::RobotSample;
 use trueline_geometry::Pose;
 
+/// A path at a share of its own pace, which takes the longer.
+#[must_use]
+pub fn at_pace(mut path: Vec<RobotSample>, pace: f64) -> Vec<RobotSample> {
+    let first_ns = path.first().map_or(0, |p| p.stamp_ns);
+    for pose in &mut path {
+        pose.stamp_ns = first_ns + ((pose.stamp_ns - first_ns) as f64 / pace).round() as i64;
+    }
+    path
+}
+
 /// A pose and when the tool is to be there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waypoint {

@@ -5,9 +5,8 @@
 
 use super::warning::{about_axes, warning};
 use super::waypoints::Waypoints;
-use crate::zyx_angles::to_abc_deg;
 use std::fmt::Write;
-use trueline_geometry::Pose;
+use trueline_geometry::{Pose, euler};
 
 /// Text around the path.
 pub(crate) struct Around<'a> {
@@ -77,6 +76,6 @@ fn position(path: &Waypoints, waypoint: usize) -> String {
 /// X, Y, Z in mm; A, B, C in degrees about z, then the new y, then the new x.
 fn frame(pose: &Pose) -> String {
     let p = pose.translation.vector * 1e3;
-    let [a, b, c] = to_abc_deg(&pose.rotation);
+    let [a, b, c] = euler::ZYX_INTRINSIC.angles(&pose.rotation).map(f64::to_degrees);
     format!("X {:.4}, Y {:.4}, Z {:.4}, A {a:.6}, B {b:.6}, C {c:.6}", p.x, p.y, p.z)
 }

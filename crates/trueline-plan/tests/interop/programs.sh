@@ -2,7 +2,7 @@
 # Trueline's robot programs against parsers and conventions that were not written here. Opt-in: it downloads from the Python package
 # index and takes about a minute.
 #
-#   crates/trueline-live/tests/interop/programs.sh
+#   crates/trueline-plan/tests/interop/programs.sh
 #
 #   TRUELINE=...  the program to test               (default: target/release/trueline)
 #   PYTHON=...    Python 3.11 or newer              (default: python3)

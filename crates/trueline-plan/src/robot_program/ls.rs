@@ -5,9 +5,8 @@
 //! letters of a remark fit.
 
 use super::waypoints::Waypoints;
-use crate::zyx_angles::to_wpr_deg;
 use std::fmt::Write;
-use trueline_geometry::Pose;
+use trueline_geometry::{Pose, euler};
 
 /// Remarks in the program, in lines of at most 32 letters.
 const REMARKS: [&str; 4] = [
@@ -69,7 +68,7 @@ pub fn program(path: &Waypoints) -> String {
 
 fn position(pose: &Pose) -> String {
     let p = pose.translation.vector * 1e3;
-    let [w, pitch, r] = to_wpr_deg(&pose.rotation);
+    let [w, pitch, r] = euler::XYZ_FIXED.angles(&pose.rotation).map(f64::to_degrees);
     format!(
         "   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n\
          \tX = {:9.3}  mm,\tY = {:9.3}  mm,\tZ = {:9.3}  mm,\n\
