@@ -1,6 +1,6 @@
 //! `trueline-testbench robot-sim`.
 
-use crate::args::{Mode, RobotSimArgs};
+use crate::args::RobotSimArgs;
 use crate::failure::Failure;
 use crate::{interrupt, output, path_file};
 use std::io::IsTerminal;
@@ -10,14 +10,15 @@ use trueline_geometry::Pose;
 use trueline_live::controller::real_time::Cycle;
 use trueline_live::controller::{Controller, GuidanceEnd, Network, RealTime};
 use trueline_live::priority;
+use trueline_plan::robot_program::rapid_egm::Driver;
 
 /// Runs the command.
 pub(crate) fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
     let path = path_file::trajectory(args.path.as_deref())?;
     let duration_s = args.for_s.unwrap_or(match args.mode {
-        Mode::Stream => path.span().1 - path.span().0 + 2.0 * args.rest_s,
-        Mode::Guidance => 60.0,
+        Driver::Robot => path.span().1 - path.span().0 + 2.0 * args.rest_s,
+        Driver::Pc => 60.0,
     });
     let network = args.network();
     let (to_pc, to_robot) = (Network::new(network, args.seed), Network::new(network, args.seed ^ 0x5eed));
