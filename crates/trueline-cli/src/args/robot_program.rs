@@ -19,10 +19,9 @@ use trueline_plan::robot_program::{Language, ProgramFile, Waypoints};
   trueline robot-program ur plan --out ur
 
 kuka: the program streams the robot's poses by RSI to `trueline record --protocol kuka-rsi` while it moves. The RSI context \
-only sends: nothing that a PC answers can move the robot.
-abb: with --pc the program exchanges poses by EGM. stream: the robot follows the path by its own program, and `trueline record` \
-listens. Try this first. guidance: `trueline scan --enable-motion` guides the robot.
-ur and fanuc stream without a program.
+only sends: nothing that a PC answers can move the robot. abb: with --pc the program exchanges poses by EGM. In the mode stream the \
+robot follows the path by its own program, and `trueline record` listens; try this first. In the mode guidance `trueline scan \
+--enable-motion` guides it. ur and fanuc stream without a program.
 No real controller has run these programs; a comment in each states this.")]
 pub(crate) struct RobotProgramArgs {
     /// Whose robot
