@@ -4,7 +4,7 @@
 use crate::calibrate::estimate;
 use crate::config::{Config, Target};
 use crate::diagnose::outcome::Outcome;
-use crate::diagnose::plausibility::{implausible, wrong_guess, wrong_rate};
+use crate::diagnose::plausibility::{implausible, turns_like_a_robot, wrong_guess, wrong_rate};
 use crate::diagnose::stamp_rate::stamped_hz;
 use crate::diagnose::steps::{Budget, Step, Steps};
 use crate::diagnose::told;
@@ -63,6 +63,7 @@ pub fn diagnose(
     let result = estimate(&thin, None, &by_noise);
     let as_recorded = Outcome::of(&result);
     let certain = implausible(recording);
+    let is_plausible = turns_like_a_robot(recording);
     // A few stops that fit cannot separate one mistake from another.
     let stands = recording.at_stops || stops::stand_at_readings(recording);
     let is_well = as_recorded.is_noise() && !as_recorded.sensor_is_off || stands && as_recorded.fits();
@@ -75,7 +76,7 @@ pub fn diagnose(
         steps: &mut steps,
         budget,
         stamped_hz: stamped_hz(recording),
-        is_plausible: certain.is_empty(),
+        is_plausible,
         done: Vec::new(),
         not_tried: Vec::new(),
     };
@@ -86,9 +87,9 @@ pub fn diagnose(
     span.record("trials", done.len());
     let (explained_by, mut findings): (Vec<_>, Vec<_>) =
         explanations(&as_recorded, &done).into_iter().unzip();
-    findings.extend(certain.iter().cloned());
+    findings.extend(certain);
     // As `trueline calibrate`, with the thinned features.
-    let is_asked = as_recorded.fits() || explained_by.is_empty() && certain.is_empty();
+    let is_asked = as_recorded.fits() || explained_by.is_empty() && is_plausible;
     let whole = is_asked.then(|| estimate(&thin, None, config)).and_then(Result::ok);
     if let Some(curve) = whole.as_ref().filter(|whole| is_curve(whole)) {
         findings.extend(told::of_data(curve));

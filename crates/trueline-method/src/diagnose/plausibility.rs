@@ -4,7 +4,7 @@ use crate::Calibration;
 use crate::diagnose::estimated_mistakes::Estimated;
 use crate::diagnose::mistake::reordered;
 use crate::input::stops;
-use trueline_dataset::{Guess, Recording};
+use trueline_dataset::{Guess, Recording, RobotSample};
 use trueline_geometry::{se3, so3};
 
 /// Largest rotation rate of a robot's wrist, rad/s.
@@ -17,17 +17,30 @@ const JUMP_RAD: f64 = 0.03;
 /// Least length of a jump in usual steps.
 const USUAL_STEPS: f64 = 10.0;
 
+/// Whether a robot can turn as the poses do. A jump is no such proof: a fast approach may look like one.
+pub(super) fn turns_like_a_robot(recording: &Recording) -> bool {
+    typical_turn_rad_s(recording) <= FASTEST_TURN_RAD_S
+}
+
+/// Median rotation rate of the tool, rad/s.
+fn typical_turn_rad_s(recording: &Recording) -> f64 {
+    let rate = |pair: &[RobotSample]| {
+        let seconds = (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9;
+        let turn_rad = pair[1].base_from_tool.rotation.angle_to(&pair[0].base_from_tool.rotation);
+        (seconds > 0.0).then(|| turn_rad / seconds)
+    };
+    crate::order_statistics::median(recording.robot.windows(2).filter_map(rate)).unwrap_or(0.0)
+}
+
 /// Problems visible in the poses alone.
 pub(super) fn implausible(recording: &Recording) -> Vec<String> {
     let mut findings = Vec::new();
-    let mut turning = Vec::new();
     let mut jumps = Vec::new();
     let mut shifts = Vec::new();
     for pair in recording.robot.windows(2) {
         let seconds = (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9;
         let (turn, shift) = se3::difference_decoupled(&pair[1].base_from_tool, &pair[0].base_from_tool);
         if seconds > 0.0 {
-            turning.push(turn.norm() / seconds);
             // Across a gap any motion is possible. A tenth of a second is no gap.
             let jumped = shift.norm() > JUMP_M || turn.norm() > JUMP_RAD;
             if seconds < 0.1 && jumped && shift.norm() / seconds > 2.0 {
@@ -36,7 +49,7 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
             shifts.push(shift.norm());
         }
     }
-    let typical = crate::order_statistics::median(turning.into_iter()).unwrap_or(0.0);
+    let typical = typical_turn_rad_s(recording);
     if typical > FASTEST_TURN_RAD_S {
         findings.push(format!(
             "the attitude turns at {typical:.0} rad/s, faster than any robot: the quaternions were made from \

@@ -7,7 +7,7 @@ use crate::diagnose::estimated_mistakes::{Estimated, axis_scale, crop};
 use crate::diagnose::euler_mistakes::{self, EulerMistake};
 use crate::diagnose::mistakes::MISTAKES;
 use crate::diagnose::outcome::Outcome;
-use crate::diagnose::plausibility::implausible;
+use crate::diagnose::plausibility::turns_like_a_robot;
 use crate::diagnose::pose_mistakes::POSE_MISTAKES;
 use crate::diagnose::quick_fit::glance;
 use crate::diagnose::sensor_mistakes::SENSOR_MISTAKES;
@@ -90,7 +90,7 @@ pub(super) struct Trials<'a, W> {
     pub budget: Budget,
     /// Images per second according to their stamps.
     pub stamped_hz: f64,
-    /// Whether a robot can have taken the recorded poses.
+    /// Whether a robot can turn as the recorded poses do.
     pub is_plausible: bool,
     /// Completed trials.
     pub done: Vec<Trial>,
@@ -117,7 +117,7 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         }
         let mut euler = if self.as_recorded.fits() { Vec::new() } else { euler_mistakes::all() };
         if !self.is_plausible {
-            // Only other attitudes can make these poses possible.
+            // Only other attitudes can slow it down.
             self.try_sequences(euler);
             return;
         }
@@ -201,14 +201,14 @@ impl<W: FnMut(Step<'_>)> Trials<'_, W> {
         }
     }
 
-    /// Outcome without each mistake, on a few features. As many run at once as there are threads. A mistake without which no robot can have taken the
-    /// poses was not made.
+    /// Outcome without each mistake, on a few features. As many run at once as there are threads. A mistake without which the poses turn
+    /// faster than any robot was not made.
     fn screen(&mut self, candidates: Vec<Candidate>) -> Vec<(f64, Trial)> {
         let without = |candidate: Candidate| candidate.2.of(self.few).map(|mended| (candidate, mended));
         let possible: Vec<(Candidate, Recording)> = candidates
             .into_iter()
             .filter_map(without)
-            .filter(|(_, mended)| implausible(mended).is_empty())
+            .filter(|(_, mended)| turns_like_a_robot(mended))
             .collect();
         self.steps.expect(possible.len());
         let (threads, config) = (self.config.threads.max(1), Config { threads: 1, ..self.config.clone() });

@@ -320,18 +320,22 @@ fn clocks_and_frames() {
     );
 }
 
-/// A pose that jumps, or turns as no wrist can, is not explained by pixels, stamps or a sensor. Fits without such mistakes would take most of a minute.
+/// Poses that turn as no wrist can are not explained by pixels, stamps or a sensor. All mistakes are fitted in most of a minute.
 #[test]
-fn what_leaves_poses_that_no_robot_can_take_is_not_tried() {
+fn what_leaves_poses_that_turn_as_no_robot_can_is_not_tried() {
     let mut recording = good();
-    let half = recording.robot.len() / 2;
-    let other =
-        se3::from_parts(so3::exp(&nalgebra::Vector3::new(0.0, 0.3, 0.0)), nalgebra::Vector3::z() * 0.2);
-    recording.robot[half..].iter_mut().for_each(|s| s.base_from_tool *= other);
+    for s in &mut recording.robot {
+        let (a, b, c) = s.base_from_tool.rotation.euler_angles();
+        s.base_from_tool.rotation =
+            UnitQuaternion::from_euler_angles(a.to_degrees(), b.to_degrees(), c.to_degrees());
+    }
     let found = examined(&recording);
-    assert!(matches!(&found.findings[..], [only] if only.contains("switched")), "{:#?}", found.findings);
+    assert!(
+        matches!(&found.findings[..], [only] if only.contains("faster than any robot")),
+        "{:#?}",
+        found.findings
+    );
     let tried: Vec<&str> = found.trials.iter().map(|trial| trial.name.as_str()).collect();
-    println!("{tried:?} {:?}", found.not_tried);
     assert!(!tried.iter().any(|name| name.contains("pixel") || name.contains("stamps")), "{tried:?}");
 }
 
