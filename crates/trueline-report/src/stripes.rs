@@ -175,10 +175,6 @@ fn used(stripes: &StripeOutcome) -> String {
         Because::Asked => "as asked",
         Because::Agreement => "they agree with the seam points",
         Because::KnowsLess => "the seam points are more certain",
-        Because::NoiseLasts => {
-            "the noise is correlated from frame to frame, and only the adjustment of seam points includes \
-            that"
-        }
         Because::ShowsLess => "they do not determine the whole hand-eye transform",
         Because::Disagreement => "they do not agree with the seam points",
         Because::TooFewFrames => "too few for a separate result",

@@ -103,7 +103,7 @@ fn an_option_that_would_change_nothing_of_the_simulated_scan_is_refused() {
 fn stripes_alone_are_enough_and_without_any_they_cannot_be_asked_for() {
     let dir = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);
-    assert_eq!(code(&run(&["simulate", "--plates", "--duration-s", "8", "--out", "scan", "--quiet"])), 0);
+    assert_eq!(code(&run(&["simulate", "--plates", "--duration-s", "10", "--out", "scan", "--quiet"])), 0);
     fs::remove_file(dir.path().join("scan/features.csv")).unwrap();
     let output =
         run(&["calibrate", "scan", "--robot-accuracy-mm", "0", "--feature-bias-px", "0", "--json", "-"]);

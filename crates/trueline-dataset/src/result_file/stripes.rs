@@ -69,7 +69,7 @@ pub struct AnswerEntry {
 pub struct StripesEntry {
     /// Measurement used for the result: `seam`, `stripe` or `both`.
     pub used: String,
-    /// Reason: `asked`, `agreement`, `disagreement`, `knows-less`, `noise-lasts`, `shows-less`, `too-few-frames`,
+    /// Reason: `asked`, `agreement`, `disagreement`, `knows-less`, `shows-less`, `too-few-frames`,
     /// `held-at-guess`, `plates-missing`, `plates-without-plane`, `plates-not-converged`, `stripes-scattered`,
     /// `parallel-plates` or `edge-elsewhere`.
     pub decided_by: String,

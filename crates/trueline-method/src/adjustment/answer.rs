@@ -3,84 +3,32 @@
 use crate::adjustment::adjust::{Adjusted, Adjustment};
 use crate::adjustment::axis_step::{AxisStep, axis_step};
 use crate::adjustment::beyond_linear::BeyondLinear;
-use crate::adjustment::blocks::{Amplitude, Block, Kind};
-use crate::adjustment::clamped::Clamped;
+use crate::adjustment::blocks::{Block, Kind};
 use crate::adjustment::coloured::Coloured;
 use crate::adjustment::columns::{Columns, Considered};
 use crate::adjustment::error_sizes::Amplitudes;
-use crate::adjustment::form::Hats;
-use crate::adjustment::frames::{Frame, Scan};
+use crate::adjustment::expected::{UNIT_OF_LAG_S, add_blocks, considered};
+use crate::adjustment::seam_points::SeamPoints;
+use crate::adjustment::settings::Settings;
+use crate::adjustment::sights::{Frame, Sights, State};
 use crate::adjustment::weights::Weights;
-use crate::assess::levels::SystematicLevels;
 use crate::assess::outliers::Outliers;
 use crate::assess::robot_field::{OfRobot, RobotField};
-use crate::assess::seam_error::{Share, ShareOf};
-use crate::assess::tilt_bias::TiltBias;
+use crate::assess::share::{Share, ShareOf};
 use crate::config::ASSUMED_WAVINESS_M;
+use crate::input::shape_prior::ShapePrior;
 use crate::models;
-use crate::order_statistics::quantile;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector};
 
-/// Spacing (m) of the hats of the long and of the short form of a seam, and the prior share of the waviness in each.
-const FORMS: [(f64, f64); 2] = [(0.020, 0.85), (0.005, 0.5)];
-/// Largest plausible form of a seam, m.
-const LARGEST_FORMS_M: [f64; 2] = [2e-3, 1e-3];
-/// Unit of the estimated lag, s.
-const UNIT_OF_LAG_S: f64 = 0.03;
-/// Prior standard deviation of a lag about each tried value, s.
-pub(crate) const LAG_SIGMA_S: f64 = 0.01;
 /// Cost of a frame that is left out: that of one at the cut of 5.5 standard deviations.
 const LEFT_OUT: f64 = 5.5 * 5.5;
-/// Largest robot error, in multiples of its class.
-const WORST_ROBOT: f64 = 3.0;
-/// Largest robot error of an uncalibrated arm, where the data sheet states less, m.
-const WORST_ACCURACY_M: f64 = 1.5e-3;
-/// Fraction of a seam's points that may lie beyond each of its ends, as outliers.
-const BEYOND: f64 = 0.002;
-
-/// Inputs of an adjustment beside a problem and a state.
-#[derive(Clone, Copy)]
-pub(crate) struct Settings<'a> {
-    /// Components of the tangent that are held.
-    pub fixed: &'a [usize],
-    /// Held components that are not exactly known, with their standard deviations, SI.
-    pub held_sigmas: &'a [(usize, f64)],
-    /// Assumed levels of the systematic errors.
-    pub levels: SystematicLevels,
-    /// Initial RMS of the seam's form beyond its bow, m. 0 for none.
-    pub waviness_m: f64,
-    /// Ratio of the actual noise to the expected noise by which the problem is whitened.
-    pub noise_factor: f64,
-    /// A possible step of the clocks: its time, s, and its size, s.
-    pub step: Option<(f64, f64)>,
-    /// Lag of the robot behind the poses of the problem, as assumed there, s. 0 for none.
-    pub lag_s: f64,
-    /// Prior standard deviation of the joints' own lags, s. 0 for none.
-    pub joint_lags_s: f64,
-    /// Passes of a part that moves between them. `None` for a part at rest.
-    pub part: Option<&'a Clamped>,
-    /// Prior standard deviation of each number of the external axes, SI. Empty without axes.
-    pub axis_sigmas: &'a [f64],
-    /// Noise of a similar model of the same scan, from which the search of the likeliest noise starts. `None` for a search over all.
-    pub noise: Option<[Coloured; 2]>,
-    /// Threads that share the work.
-    pub threads: usize,
-}
-
-impl Settings<'_> {
-    /// The same for a similar model of a scan that was adjusted already.
-    #[must_use]
-    pub(crate) fn near(&self, answer: &Answer) -> Self {
-        Self { noise: Some(answer.amplitudes.lasting), ..*self }
-    }
-}
 
 /// The answer.
-pub(crate) struct Answer {
+pub(crate) struct Answer<P = Parameters, const ROWS: usize = 2> {
     /// The unknowns.
-    pub at: Parameters,
+    pub at: P,
     /// Covariance of the tangent by noise alone.
     pub noise: DMatrix<f64>,
     /// The error budget beside the noise.
@@ -88,7 +36,7 @@ pub(crate) struct Answer {
     /// Second-order errors of single unknowns, a column of the tangent. They do not affect a seam point.
     pub bends: Option<DVector<f64>>,
     /// Estimated errors.
-    pub amplitudes: Amplitudes,
+    pub amplitudes: Amplitudes<ROWS>,
     /// Corrections of the external axes to their assumed values.
     pub axes: Option<AxisStep>,
     /// The robot's errors; `None` of an ideal robot.
@@ -103,7 +51,7 @@ pub(crate) struct Answer {
     pub(crate) twice_negative_log: f64,
 }
 
-impl Answer {
+impl<P, const ROWS: usize> Answer<P, ROWS> {
     /// Whether most frames between two times, s, were left out.
     #[must_use]
     pub(crate) fn leaves_out(&self, [from_s, to_s]: [f64; 2]) -> bool {
@@ -137,32 +85,42 @@ impl Answer {
     }
 }
 
-/// Adjusts a scan from a state near its optimum. `None` if the equations have no solution.
+/// Adjusts the seam points of a scan from a state near its optimum. `None` if the equations have no solution.
 #[must_use]
 pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Settings<'_>) -> Option<Answer> {
-    let scan = Scan::of(problem, at);
-    let poses = scan.poses(at);
-    let tilt = TiltBias::about(&poses);
-    let frames = scan.frames(at, &tilt);
-    let mut columns = Columns::of(at, settings.fixed, considered(settings, &frames, at.lines.len()));
-    let field = RobotField::new(settings.levels.robot, &poses);
-    add_blocks(&mut columns, &frames, at.lines.len(), field, settings);
+    let scan = SeamPoints::of(problem, at);
+    adjust_sights(scan, (at, problem.shape_prior), settings, settings.noise)
+}
+
+/// Adjusts the sights of a scan from a state near its optimum, with the prior of the sensor's shape. `None` if the equations have no solution.
+#[must_use]
+pub(crate) fn adjust_sights<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+    scan: S,
+    (at, shape_prior): (&S::State, Option<ShapePrior>),
+    settings: &Settings<'_>,
+    known_noise: Option<[Coloured; ROWS]>,
+) -> Option<Answer<S::State, ROWS>> {
+    let frames = scan.frames(at);
+    let mut columns = Columns::of(at, settings.fixed, considered(settings, &frames, at.targets()));
+    let of_poses = || RobotField::new(settings.levels.robot, &scan.poses(at));
+    let field = settings.field.cloned().or_else(of_poses);
+    add_blocks(&mut columns, &frames, (at.targets(), scan.directions()), field, settings);
     let coefficients = DVector::zeros(columns.estimated());
     let mut adjustment = Adjustment {
         scan,
-        tilt,
-        shape_prior: problem.shape_prior,
+        shape_prior,
         columns,
         at: at.clone(),
         coefficients,
-        sigmas: [1.0; 2],
-        noise: [Coloured::NONE; 2],
-        known_noise: settings.noise,
+        unseen: DMatrix::zeros(at.dimension(), 0),
+        sigmas: [1.0; ROWS],
+        noise: [Coloured::NONE; ROWS],
+        known_noise,
         weights: Weights::default(),
         threads: settings.threads,
     };
     let adjusted = adjustment.run()?;
-    let covariance = adjusted.solved.covariance();
+    let covariance = adjustment.covariance(&adjusted);
     let mut answer = answer(&adjustment, &adjusted, &covariance, settings);
     if let Some(BeyondLinear { wider, bends }) = adjustment.beyond_linear(&covariance) {
         answer.noise += &wider * wider.transpose();
@@ -171,93 +129,12 @@ pub(crate) fn adjust(problem: &LineProblem<'_>, at: &Parameters, settings: &Sett
     Some(answer)
 }
 
-fn considered(settings: &Settings<'_>, frames: &[Option<Frame>], lines: usize) -> Vec<Considered> {
-    let held = settings.held_sigmas.iter().map(|(component, sigma)| Considered::Held(*component, *sigma));
-    let shape = settings.levels.held_shape.map(Considered::Shape);
-    let sigma_m = settings.levels.edge_radius_m;
-    let mean_view = (0..lines).map(|line| mean_view(frames, line)).collect();
-    let edge = (sigma_m > 0.0).then_some(Considered::EdgeRadius { sigma_m, mean_view });
-    held.chain(shape).chain(edge).chain([Considered::SquaredLag(UNIT_OF_LAG_S.powi(2))]).collect()
-}
-
-fn add_blocks(
-    columns: &mut Columns,
-    frames: &[Option<Frame>],
-    lines: usize,
-    field: Option<RobotField>,
-    settings: &Settings<'_>,
-) {
-    let mut add = |kind: Kind, amplitude: Amplitude| {
-        let block = Block::new(kind, columns.estimated(), amplitude);
-        columns.blocks.push(block);
-    };
-    if let Some(field) = field {
-        let worst = WORST_ROBOT.max(WORST_ACCURACY_M / settings.levels.robot_accuracy_m);
-        add(Kind::Robot(field), Amplitude { theta: 1.0, bounds: [1.0, worst.powi(2)] });
-    }
-    if let Some((at_s, sigma_s)) = settings.step {
-        let stamps: Vec<f64> = frames.iter().flatten().map(|frame| frame.stamp_s).collect();
-        let before = stamps.iter().filter(|stamp_s| **stamp_s < at_s).count();
-        add(Kind::Step { at_s, is_later: 2 * before >= stamps.len(), sigma_s }, Amplitude::HELD);
-    }
-    if !settings.axis_sigmas.is_empty() {
-        add(Kind::Axes { sigmas: settings.axis_sigmas.to_vec() }, Amplitude::HELD);
-    }
-    if settings.lag_s > 0.0 {
-        add(Kind::Lag { taken_s: settings.lag_s, sigma_s: LAG_SIGMA_S }, Amplitude::HELD);
-    }
-    if settings.joint_lags_s > 0.0 {
-        let bounds = [LEAST_JOINT_LAGS.powi(2), MOST_JOINT_LAGS.powi(2)];
-        add(Kind::JointLags { sigma_s: settings.joint_lags_s }, Amplitude { theta: 1.0, bounds });
-    }
-    if let Some(clamped) = settings.part {
-        let bounds = [LEAST_MOVES.powi(2), MOST_MOVES.powi(2)];
-        add(Kind::Part(clamped.clone()), Amplitude { theta: 1.0, bounds });
-    }
-    if settings.levels.feature_bias_px > 0.0 {
-        add(Kind::Detector { sigma_px: settings.levels.feature_bias_px }, Amplitude::HELD);
-    }
-    for line in (0..lines).filter(|_| settings.waviness_m > 0.0) {
-        let along = || frames.iter().flatten().filter(|frame| frame.line == line).map(|frame| frame.along_m);
-        let (Some(from), Some(to)) = (quantile(along(), BEYOND), quantile(along(), 1.0 - BEYOND)) else {
-            continue;
-        };
-        for ((apart_m, part), largest_m) in FORMS.into_iter().zip(LARGEST_FORMS_M) {
-            let sigma_m = part * settings.waviness_m;
-            let hats = Hats::over([from, to], apart_m, lines);
-            let bounds = [LEAST_FORM.powi(2), (largest_m / sigma_m).powi(2)];
-            add(Kind::Form { line, hats, sigma_m }, Amplitude { theta: 1.0, bounds });
-        }
-    }
-}
-
-/// Least and largest lags of joints, in multiples of the expected ones.
-const LEAST_JOINT_LAGS: f64 = 0.1;
-const MOST_JOINT_LAGS: f64 = 5.0;
-
-/// Least and largest moves of a part, in multiples of the expected ones.
-const LEAST_MOVES: f64 = 0.1;
-const MOST_MOVES: f64 = 10.0;
-
-/// Least form as a fraction of the expected form, because zero has no logarithm.
-const LEAST_FORM: f64 = 1e-3;
-
-fn mean_view(frames: &[Option<Frame>], line: usize) -> Vector3<f64> {
-    let mut sum = Vector3::zeros();
-    let mut count = 0.0;
-    for frame in frames.iter().flatten().filter(|frame| frame.line == line) {
-        sum += frame.towards_sensor;
-        count += 1.0;
-    }
-    sum / f64::max(count, 1.0)
-}
-
-fn answer(
-    adjustment: &Adjustment<'_>,
+fn answer<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+    adjustment: &Adjustment<S, ROWS, LOCAL>,
     adjusted: &Adjusted,
     covariance: &DMatrix<f64>,
     settings: &Settings<'_>,
-) -> Answer {
+) -> Answer<S::State, ROWS> {
     let free = &adjustment.columns.free;
     // The rows of the unknowns, over all tangent components.
     let mut rows = DMatrix::zeros(adjustment.at.dimension(), covariance.ncols());
@@ -304,18 +181,23 @@ fn answer(
     }
 }
 
-fn stamps(adjustment: &Adjustment<'_>) -> Vec<(f64, bool)> {
-    let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
-    let of = |(frame, weight): (&Option<Frame>, &f64)| Some((frame.as_ref()?.stamp_s, *weight == 0.0));
+fn stamps<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+    adjustment: &Adjustment<S, ROWS, LOCAL>,
+) -> Vec<(f64, bool)> {
+    let frames = adjustment.scan.frames(&adjustment.at);
+    let of = |(frame, weight): (&Option<Frame<ROWS, LOCAL>>, &f64)| {
+        Some((frame.as_ref()?.stamp_s, *weight == 0.0))
+    };
     frames.iter().zip(&adjustment.weights.of).filter_map(of).collect()
 }
 
 /// Contributions of the priors of bows and shape to the covariance.
-fn of_known(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>) -> Vec<Share> {
-    let unknowns = adjustment.at.unknowns();
+fn of_known<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+    adjustment: &Adjustment<S, ROWS, LOCAL>,
+    rows: &DMatrix<f64>,
+) -> Vec<Share> {
     let known = adjustment.at.known(adjustment.shape_prior.as_ref()).information(adjustment.at.dimension());
-    let bows = unknowns.bow(0).start..unknowns.bow(unknowns.lines).start;
-    [(ShareOf::SeamForm, bows), (ShareOf::Sensor, unknowns.shape())]
+    [(ShareOf::SeamForm, adjustment.at.bends()), (ShareOf::Sensor, adjustment.at.shape())]
         .into_iter()
         .filter_map(|(of, places)| {
             let free = &adjustment.columns.free;
@@ -329,7 +211,11 @@ fn of_known(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>) -> Vec<Share> {
         .collect()
 }
 
-fn of_considered(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>, with: &DMatrix<f64>) -> Vec<Share> {
+fn of_considered<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+    adjustment: &Adjustment<S, ROWS, LOCAL>,
+    rows: &DMatrix<f64>,
+    with: &DMatrix<f64>,
+) -> Vec<Share> {
     let mut next = 0;
     let mut shares = Vec::new();
     for considered in &adjustment.columns.considered {
@@ -354,7 +240,10 @@ fn of_considered(adjustment: &Adjustment<'_>, rows: &DMatrix<f64>, with: &DMatri
 }
 
 /// The last consider parameter.
-fn squared_lag(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> (f64, f64) {
+fn squared_lag<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+    adjustment: &Adjustment<S, ROWS, LOCAL>,
+    adjusted: &Adjusted,
+) -> (f64, f64) {
     let Some(last) = adjusted.equations.considered.ncols().checked_sub(1) else { return (0.0, 0.0) };
     debug_assert!(matches!(adjustment.columns.considered.last(), Some(Considered::SquaredLag(_))));
     let (units, sigma) = adjusted.equations.estimate_of(last, &adjusted.solved);
@@ -362,7 +251,10 @@ fn squared_lag(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> (f64, f64) {
 }
 
 /// The estimated step of the clock.
-fn step(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Option<(f64, f64)> {
+fn step<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+    adjustment: &Adjustment<S, ROWS, LOCAL>,
+    adjusted: &Adjusted,
+) -> Option<(f64, f64)> {
     let block = |block: &Block| match block.kind {
         Kind::Step { sigma_s, .. } => Some((block.columns.start, sigma_s)),
         _ => None,
@@ -372,8 +264,11 @@ fn step(adjustment: &Adjustment<'_>, adjusted: &Adjusted) -> Option<(f64, f64)> 
     Some((unit_s * adjustment.coefficients[column], sigma_s))
 }
 
-fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitudes {
-    let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
+fn amplitudes<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+    adjustment: &Adjustment<S, ROWS, LOCAL>,
+    settings: &Settings<'_>,
+) -> Amplitudes<ROWS> {
+    let frames = adjustment.scan.frames(&adjustment.at);
     let (mut form, mut robot, mut joints, mut count) = (0.0, 0.0, 0.0, 0.0);
     for (frame, weight) in frames.iter().zip(&adjustment.weights.of) {
         let Some(frame) = frame.as_ref().filter(|_| *weight > 0.0) else { continue };
@@ -394,7 +289,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
     let thetas = |of: fn(&Kind) -> bool| {
         blocks.iter().filter(move |block| of(&block.kind)).map(|block| block.amplitude.theta.sqrt())
     };
-    let lines = adjustment.at.lines.len().max(1);
+    let targets = adjustment.at.targets().max(1);
     let is_robot = |kind: &Kind| matches!(kind, Kind::Robot(_));
     // A seam that is stated to be nearly straight may still have the usual waviness.
     let of_usual = (settings.waviness_m / ASSUMED_WAVINESS_M).min(1.0);
@@ -404,7 +299,7 @@ fn amplitudes(adjustment: &Adjustment<'_>, settings: &Settings<'_>) -> Amplitude
         white: adjustment.sigmas.map(|sigma| sigma * settings.noise_factor),
         lasting: adjustment.noise,
         form_m: (form / f64::max(count, 1.0)).sqrt(),
-        form_sigma_m: (blocks.iter().map(Block::form_variance_m2).sum::<f64>() / lines as f64).sqrt(),
+        form_sigma_m: (blocks.iter().map(Block::form_variance_m2).sum::<f64>() / targets as f64).sqrt(),
         forms: thetas(|kind| matches!(kind, Kind::Form { .. })).map(|form| form * of_usual).collect(),
         robot_m: (robot / f64::max(count, 1.0)).sqrt(),
         robot: thetas(is_robot).next(),

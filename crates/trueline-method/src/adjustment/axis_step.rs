@@ -3,6 +3,7 @@
 use crate::adjustment::adjust::{Adjusted, Adjustment};
 use crate::adjustment::blocks::{Block, Kind};
 use crate::adjustment::columns::Considered;
+use crate::adjustment::sights::Sights;
 use nalgebra::{DMatrix, DVector};
 
 /// Corrections of the external axes from a scan; six numbers each, in the order of the chain.
@@ -15,8 +16,8 @@ pub struct AxisStep {
 }
 
 /// The same of an adjustment; `None` without axes.
-pub(super) fn axis_step(
-    adjustment: &Adjustment<'_>,
+pub(super) fn axis_step<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+    adjustment: &Adjustment<S, ROWS, LOCAL>,
     adjusted: &Adjusted,
     covariance: &DMatrix<f64>,
 ) -> Option<AxisStep> {

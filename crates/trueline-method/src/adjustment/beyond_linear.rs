@@ -5,7 +5,7 @@
 //! unknowns give its bend.
 
 use crate::adjustment::adjust::Adjustment;
-use crate::adjustment::frames::Frame;
+use crate::adjustment::sights::{Frame, Sights, State};
 use crate::adjustment::table::Table;
 use crate::problem::parameters::{ROTATION, TRANSLATION};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -44,13 +44,13 @@ struct Side {
     beyond: DVector<f64>,
 }
 
-impl Adjustment<'_> {
+impl<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize> Adjustment<S, ROWS, LOCAL> {
     /// The second order about an answer, from the covariance of its columns. `None` if every rotation is well known or held.
     #[must_use]
     pub(crate) fn beyond_linear(&mut self, covariance: &DMatrix<f64>) -> Option<BeyondLinear> {
         let worst = self.worst_rotation(covariance)?;
-        let (at, frames) = (self.at.clone(), self.scan.frames(&self.at, &self.tilt));
-        let mut table = Table::of(&frames, &self.columns, &self.coefficients);
+        let (at, frames) = (self.at.clone(), self.scan.frames(&self.at));
+        let mut table = self.table(&frames);
         let sides = [1.0, -1.0].map(|sign| {
             let side = self.side(&mut table, &frames, &worst, sign);
             self.at.clone_from(&at);
@@ -80,14 +80,14 @@ impl Adjustment<'_> {
     /// Moves the rotation by its standard deviation to one side and re-estimates everything else with the columns held.
     fn side(
         &mut self,
-        table: &mut Table,
-        frames: &[Option<Frame>],
+        table: &mut Table<ROWS>,
+        frames: &[Option<Frame<ROWS, LOCAL>>],
         worst: &Worst,
         sign: f64,
     ) -> Option<Side> {
         let whitened = self.whitened(table);
-        let sums = |table: &Table, residual: usize| {
-            [0, 1].map(|direction| table.sums(&whitened[direction], direction, residual))
+        let sums = |table: &Table<ROWS>, residual: usize| {
+            std::array::from_fn(|direction| table.sums(&whitened[direction], direction, residual))
         };
         let residual = self.columns.estimated();
         let begun = self.equations(&sums(table, residual));

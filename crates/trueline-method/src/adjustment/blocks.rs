@@ -2,20 +2,19 @@
 
 use crate::adjustment::clamped::Clamped;
 use crate::adjustment::form::Hats;
-use crate::adjustment::frames::Frame;
+use crate::adjustment::sights::{FORMS, Frame};
 use crate::assess::robot_field::RobotField;
 use crate::assess::tilt_bias::BIAS;
 use crate::models;
 use crate::problem::unknowns::TIME_OFFSET;
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, SVector, Vector3};
 use std::ops::Range;
-use trueline_geometry::so3;
 
 /// The error that a block describes.
 #[derive(Clone)]
 pub(crate) enum Kind {
-    /// The form of a seam beyond its bow, in both directions across it, with the prior standard deviation of each hat, m.
-    Form { line: usize, hats: Hats, sigma_m: f64 },
+    /// The form of a target beyond its bow, in each direction, with the prior standard deviation of each hat, m.
+    Form { target: usize, directions: usize, hats: Hats, sigma_m: f64 },
     /// The robot, over its poses.
     Robot(RobotField),
     /// The detector's point as a function of the tilt, px per 10°.
@@ -36,8 +35,7 @@ pub(crate) enum Kind {
 const LEVER_M: f64 = 0.5;
 
 /// Motion of the tool at a frame: its velocity, and its angular velocity at the lever, m/s.
-fn twist_m_s(frame: &Frame) -> [f64; 6] {
-    let [velocity_m_s, turn_rad_s] = frame.twist;
+fn twist_m_s([velocity_m_s, turn_rad_s]: [Vector3<f64>; 2]) -> [f64; 6] {
     let (shift, turn) = (velocity_m_s, turn_rad_s * LEVER_M);
     [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
 }
@@ -89,7 +87,7 @@ impl Block {
     #[must_use]
     pub(crate) fn new(kind: Kind, first: usize, amplitude: Amplitude) -> Self {
         let count = match &kind {
-            Kind::Form { hats, .. } => 2 * hats.count,
+            Kind::Form { directions, hats, .. } => directions * hats.count,
             Kind::Robot(field) => 6 * field.modes(),
             Kind::Lag { .. } | Kind::Step { .. } => 1,
             Kind::Detector { .. } => BIAS,
@@ -126,64 +124,68 @@ impl Block {
         self.amplitude.theta * mean * sigma_m * sigma_m
     }
 
-    /// Fills its columns for a frame: both directions of the residual, in rows over all columns.
-    pub(crate) fn fill(&self, frame: &Frame, rows: [&mut [f64]; 2]) {
-        let [one, other] = rows;
-        let (one, other) = (&mut one[self.columns.clone()], &mut other[self.columns.clone()]);
-        let mut set = |column: usize, value: nalgebra::Vector2<f64>| {
-            (one[column], other[column]) = (value.x, value.y);
+    /// Adds its columns for a frame: each residual in a row over all columns.
+    pub(crate) fn fill<const ROWS: usize, const LOCAL: usize>(
+        &self,
+        frame: &Frame<ROWS, LOCAL>,
+        rows: &mut [Vec<f64>; ROWS],
+    ) {
+        let first = self.columns.start;
+        let mut add = |column: usize, value: SVector<f64, ROWS>| {
+            rows.iter_mut().zip(value.iter()).for_each(|(row, value)| row[first + column] += value);
         };
         match &self.kind {
-            Kind::Form { line, hats, sigma_m } => {
-                if frame.line != *line {
+            Kind::Form { target, directions, hats, sigma_m } => {
+                if frame.target != *target {
                     return;
                 }
-                let (first, parts) = hats.at(frame.along_m);
-                for (direction, across) in frame.across.iter().enumerate() {
-                    let moved = frame.by_point * across * -*sigma_m;
-                    for (k, part) in parts.iter().enumerate().filter(|(k, _)| first + k < hats.count) {
-                        set(direction * hats.count + first + k, moved * *part);
+                for (place, along_m) in frame.along_m.iter().enumerate() {
+                    let (first, parts) = hats.at(*along_m);
+                    for (direction, by_form) in frame.by_form.iter().take(*directions).enumerate() {
+                        let moved = by_form.column(place) * *sigma_m;
+                        for (k, part) in parts.iter().enumerate().filter(|(k, _)| first + k < hats.count) {
+                            add(direction * hats.count + first + k, moved * *part);
+                        }
                     }
                 }
             }
             Kind::Robot(field) => {
-                let shift = frame.by_point * field.sigmas.position_m;
-                let turn = frame.by_point * -so3::hat(&frame.lever) * field.sigmas.attitude_rad;
+                let shift = frame.by_shift * field.sigmas.position_m;
+                let turn = frame.by_turn * field.sigmas.attitude_rad;
                 for (mode, part) in field.at(&frame.base_from_tool).iter().enumerate() {
                     for axis in 0..3 {
-                        set(6 * mode + axis, shift.column(axis) * *part);
-                        set(6 * mode + 3 + axis, turn.column(axis) * *part);
+                        add(6 * mode + axis, shift.column(axis) * *part);
+                        add(6 * mode + 3 + axis, turn.column(axis) * *part);
                     }
                 }
             }
             Kind::Step { at_s, is_later, sigma_s } => {
                 if (frame.stamp_s >= *at_s) == *is_later {
-                    set(0, frame.by_unknowns.column(TIME_OFFSET) * *sigma_s);
+                    add(0, frame.by_unknowns.column(TIME_OFFSET) * *sigma_s);
                 }
             }
             // The delay part of a lag belongs to the time offset. The remainder moves y by τ ÿ for each second.
             Kind::Lag { taken_s, sigma_s } => {
-                set(0, frame.by_point * frame.acceleration * (taken_s * sigma_s));
+                add(0, frame.by_lag * (taken_s * sigma_s));
             }
             Kind::JointLags { sigma_s } => {
-                let turn = frame.by_point * -so3::hat(&frame.lever) / LEVER_M;
-                for (input, moves_m_s) in twist_m_s(frame).into_iter().enumerate() {
+                let turn = frame.by_turn / LEVER_M;
+                for (input, moves_m_s) in twist_m_s(frame.twist).into_iter().enumerate() {
                     for axis in 0..3 {
-                        set(6 * input + axis, frame.by_point.column(axis) * (moves_m_s * sigma_s));
-                        set(6 * input + 3 + axis, turn.column(axis) * (moves_m_s * sigma_s));
+                        add(6 * input + axis, frame.by_shift.column(axis) * (moves_m_s * sigma_s));
+                        add(6 * input + 3 + axis, turn.column(axis) * (moves_m_s * sigma_s));
                     }
                 }
             }
-            Kind::Part(clamped) => clamped.at(frame).for_each(|(column, moved)| set(column, moved)),
+            Kind::Part(clamped) => clamped.at(frame).for_each(|(column, moved)| add(column, moved)),
             Kind::Axes { sigmas } => {
-                let moved = frame.by_point * &frame.by_axes;
                 for (k, sigma) in sigmas.iter().enumerate() {
-                    set(k, moved.column(k) * *sigma);
+                    add(k, frame.by_axes.column(k) * *sigma);
                 }
             }
             Kind::Detector { sigma_px } => {
                 for k in 0..BIAS {
-                    set(k, frame.by_bias.column(k) * *sigma_px);
+                    add(k, frame.by_bias.column(k) * *sigma_px);
                 }
             }
         }
@@ -208,28 +210,38 @@ impl Block {
         if let Kind::Lag { taken_s, .. } = self.kind { Some(taken_s) } else { None }
     }
 
-    /// Slope of a form at a frame, in both directions, dimensionless, from the coefficients of all columns.
+    /// Slope of a form at a frame, in each direction, dimensionless, from the coefficients of all columns.
     #[must_use]
-    pub(crate) fn slope(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
-        let Kind::Form { line, hats, sigma_m } = &self.kind else { return [0.0; 2] };
-        if frame.line != *line {
-            return [0.0; 2];
+    pub(crate) fn slope<const ROWS: usize, const LOCAL: usize>(
+        &self,
+        frame: &Frame<ROWS, LOCAL>,
+        coefficients: &DVector<f64>,
+    ) -> [f64; FORMS] {
+        let Kind::Form { target, directions, hats, sigma_m } = &self.kind else { return [0.0; FORMS] };
+        if frame.target != *target {
+            return [0.0; FORMS];
         }
-        [0, 1].map(|direction| {
+        let mut slopes = [0.0; FORMS];
+        for (direction, slope) in slopes.iter_mut().enumerate().take(*directions) {
             let first = self.columns.start + direction * hats.count;
-            hats.slope(frame.along_m, |k| coefficients[first + k] * sigma_m)
-        })
+            *slope = hats.slope(frame.along_m[0], |k| coefficients[first + k] * sigma_m);
+        }
+        slopes
     }
 }
 
 impl Block {
     /// Shift of the point across the seam from forms of the seam, robot errors or lags of joints, m, from the coefficients of all columns. Zero for other blocks.
     #[must_use]
-    pub(crate) fn offset_m(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
+    pub(crate) fn offset_m<const ROWS: usize, const LOCAL: usize>(
+        &self,
+        frame: &Frame<ROWS, LOCAL>,
+        coefficients: &DVector<f64>,
+    ) -> [f64; 2] {
         match &self.kind {
-            Kind::Form { line, hats, sigma_m } if frame.line == *line => [0, 1].map(|direction| {
+            Kind::Form { target, hats, sigma_m, .. } if frame.target == *target => [0, 1].map(|direction| {
                 let first = self.columns.start + direction * hats.count;
-                hats.value(frame.along_m, |k| coefficients[first + k] * sigma_m)
+                hats.value(frame.along_m[0], |k| coefficients[first + k] * sigma_m)
             }),
             Kind::Robot(field) => {
                 let mut shift = Vector3::zeros();
@@ -243,7 +255,7 @@ impl Block {
             }
             Kind::JointLags { sigma_s } => {
                 let mut shift = Vector3::zeros();
-                for (input, moves_m_s) in twist_m_s(frame).into_iter().enumerate() {
+                for (input, moves_m_s) in twist_m_s(frame.twist).into_iter().enumerate() {
                     let first = self.columns.start + 6 * input;
                     let three = |k: usize| coefficients.fixed_rows::<3>(k) * (moves_m_s * sigma_s);
                     shift += three(first) + (three(first + 3) / LEVER_M).cross(&frame.lever);

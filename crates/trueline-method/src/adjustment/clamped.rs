@@ -2,10 +2,10 @@
 //!
 //! A point of the seam is off its place in the first pass by δ + θ × a, with the shift δ, the turn θ and the lever a from the middle of the seam.
 
-use crate::adjustment::frames::Frame;
+use crate::adjustment::sights::Frame;
 use crate::config::PartMoves;
 use crate::order_statistics::median;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{SVector, Vector3};
 use trueline_geometry::so3;
 
 /// Numbers of a pass.
@@ -36,10 +36,14 @@ impl Clamped {
     }
 
     /// Columns of a frame's pass, with the residual by one standard deviation of each number. None in the first pass.
-    pub(crate) fn at(&self, frame: &Frame) -> impl Iterator<Item = (usize, Vector2<f64>)> {
-        let lever = frame.lever + frame.base_from_tool.translation.vector - self.middle;
-        let shift = frame.by_point * -self.moves.shift_m;
-        let turn = frame.by_point * so3::hat(&lever) * self.moves.turn_rad;
+    pub(crate) fn at<const ROWS: usize, const LOCAL: usize>(
+        &self,
+        frame: &Frame<ROWS, LOCAL>,
+    ) -> impl Iterator<Item = (usize, SVector<f64, ROWS>)> {
+        // A part that moves is a robot that moves the other way.
+        let tool_from_middle = frame.base_from_tool.translation.vector - self.middle;
+        let shift = frame.by_shift * -self.moves.shift_m;
+        let turn = (frame.by_shift * so3::hat(&tool_from_middle) - frame.by_turn) * self.moves.turn_rad;
         let first = self.pass(frame.stamp_s).checked_sub(1).map(|before| PLACE * before);
         let of_axis = move |first: usize, axis: usize| {
             let (shift, turn) = (shift.column(axis).into_owned(), turn.column(axis).into_owned());
@@ -58,19 +62,19 @@ impl Clamped {
 
 /// Residuals of a first state. Those of a part that moves are relative to the median of their pass: a pass at another place is not one of outliers.
 #[must_use]
-pub(crate) fn first_residuals(
-    frames: &[Option<Frame>],
+pub(crate) fn first_residuals<const ROWS: usize, const LOCAL: usize>(
+    frames: &[Option<Frame<ROWS, LOCAL>>],
     clamped: Option<&Clamped>,
-) -> Vec<Option<Vector2<f64>>> {
-    let residual = |frame: &Option<Frame>| Some(frame.as_ref()?.residual);
+) -> Vec<Option<SVector<f64, ROWS>>> {
+    let residual = |frame: &Option<Frame<ROWS, LOCAL>>| Some(frame.as_ref()?.residual);
     let Some(clamped) = clamped else { return frames.iter().map(residual).collect() };
     let of_pass =
         |pass: usize| frames.iter().flatten().filter(move |frame| clamped.pass(frame.stamp_s) == pass);
     let middle = |pass: usize| {
-        Vector2::from_fn(|k, _| median(of_pass(pass).map(|frame| frame.residual[k])).unwrap_or(0.0))
+        SVector::from_fn(|k, _| median(of_pass(pass).map(|frame| frame.residual[k])).unwrap_or(0.0))
     };
-    let middles: Vec<Vector2<f64>> = (0..=clamped.ends_s.len()).map(middle).collect();
-    let centred = |frame: &Option<Frame>| {
+    let middles: Vec<SVector<f64, ROWS>> = (0..=clamped.ends_s.len()).map(middle).collect();
+    let centred = |frame: &Option<Frame<ROWS, LOCAL>>| {
         let frame = frame.as_ref()?;
         Some(frame.residual - middles[clamped.pass(frame.stamp_s)])
     };

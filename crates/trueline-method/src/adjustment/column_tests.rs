@@ -5,9 +5,9 @@ use crate::adjustment::blocks::{Amplitude, Block, Kind};
 use crate::adjustment::clamped::Clamped;
 use crate::adjustment::columns::{Columns, Considered};
 use crate::adjustment::form::Hats;
-use crate::adjustment::frames::{Frame, Scan};
+use crate::adjustment::seam_points::{SeamFrame, SeamPoints};
+use crate::adjustment::sights::Sights;
 use crate::assess::robot_field::{RobotField, RobotSigmas};
-use crate::assess::tilt_bias::TiltBias;
 use crate::config::{Config, PartMoves, ResidualKind};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{self, Observations};
@@ -40,19 +40,17 @@ fn problem<'a>(observed: &'a Observations, at: &Parameters) -> LineProblem<'a> {
     LineProblem::new(observed, &observed.list, criterion, &NOISE, at)
 }
 
-fn some_frames(problem: &LineProblem<'_>, at: &Parameters) -> Vec<Frame> {
-    let scan = Scan::of(problem, at);
-    let tilt = TiltBias::about(&scan.poses(at));
-    let frames: Vec<Frame> = scan.frames(at, &tilt).into_iter().flatten().step_by(11).collect();
+fn some_frames(problem: &LineProblem<'_>, at: &Parameters) -> Vec<SeamFrame> {
+    let scan = SeamPoints::of(problem, at);
+    let frames: Vec<SeamFrame> = scan.frames(at).into_iter().flatten().step_by(11).collect();
     assert!(frames.len() > 8, "{}", frames.len());
     frames
 }
 
 /// Both rows of a block at a frame, times coefficients.
-fn moved(block: &Block, frame: &Frame, coefficients: &[f64]) -> Vector2<f64> {
+fn moved(block: &Block, frame: &SeamFrame, coefficients: &[f64]) -> Vector2<f64> {
     let mut rows = [vec![0.0; block.columns.end], vec![0.0; block.columns.end]];
-    let [one, other] = &mut rows;
-    block.fill(frame, [one, other]);
+    block.fill(frame, &mut rows);
     Vector2::from_fn(|row, _| {
         let own = &rows[row][block.columns.clone()];
         own.iter().zip(coefficients).map(|(by, coefficient)| by * coefficient).sum()
@@ -64,7 +62,7 @@ fn moved(block: &Block, frame: &Frame, coefficients: &[f64]) -> Vector2<f64> {
 fn a_point_slides_along_the_seam_as_differences_say() {
     let (observed, at) = cell();
     let problem = problem(&observed, &at);
-    let scan = Scan::of(&problem, &at);
+    let scan = SeamPoints::of(&problem, &at);
     for frame in some_frames(&problem, &at) {
         for k in (0..LOCAL_STRAIGHT).chain(LOCAL_STRAIGHT + 2..LOCAL_ALL) {
             let h = 1e-5;
@@ -85,9 +83,9 @@ fn a_point_slides_along_the_seam_as_differences_say() {
 fn a_form_moves_a_residual_as_the_seam_itself_does() {
     let (observed, at) = cell();
     let problem = problem(&observed, &at);
-    let scan = Scan::of(&problem, &at);
+    let scan = SeamPoints::of(&problem, &at);
     let hats = Hats::over([-0.3, 0.3], 0.02, 1);
-    let block = Block::new(Kind::Form { line: 0, hats, sigma_m: 1e-4 }, 0, Amplitude::HELD);
+    let block = Block::new(Kind::Form { target: 0, directions: 2, hats, sigma_m: 1e-4 }, 0, Amplitude::HELD);
     for frame in some_frames(&problem, &at) {
         // A whole form of one height is the line beside itself.
         for direction in 0..2 {
@@ -112,7 +110,7 @@ fn a_form_moves_a_residual_as_the_seam_itself_does() {
 fn a_moved_part_moves_a_residual_as_its_seam_there_does() {
     let (observed, at) = cell();
     let problem = problem(&observed, &at);
-    let scan = Scan::of(&problem, &at);
+    let scan = SeamPoints::of(&problem, &at);
     let frames = some_frames(&problem, &at);
     let end_s = 0.5 * (frames[0].stamp_s + frames[frames.len() - 1].stamp_s);
     let middle = at.lines[0].anchor() + at.lines[0].direction() * 0.05;
@@ -173,7 +171,7 @@ fn an_error_of_the_robot_moves_a_residual_as_another_path_does() {
     let mut elsewhere = observed.clone();
     elsewhere.robot.trajectory = Trajectory::new(path.times().to_vec(), &off).unwrap();
     let there = LineProblem { observations: &elsewhere, ..problem.of_some(problem.list, &problem.whiteners) };
-    let scan = Scan::of(&there, &at);
+    let scan = SeamPoints::of(&there, &at);
     for frame in &frames {
         let by_block = moved(&block, frame, &coefficients);
         let by_path = scan.residual(frame, &at).unwrap().0 - frame.residual;
@@ -217,7 +215,7 @@ fn lags_of_joints_move_a_residual_as_a_late_path_does() {
     let mut elsewhere = observed.clone();
     elsewhere.robot.trajectory = Trajectory::new(path.times().to_vec(), &late).unwrap();
     let there = LineProblem { observations: &elsewhere, ..problem.of_some(problem.list, &problem.whiteners) };
-    let scan = Scan::of(&there, &at);
+    let scan = SeamPoints::of(&there, &at);
     for frame in some_frames(&problem, &at) {
         let by_block = moved(&block, &frame, &coefficients);
         let by_path = scan.residual(&frame, &at).unwrap().0 - frame.residual;
@@ -238,9 +236,8 @@ fn the_radius_of_an_edge_moves_the_point_towards_the_sensor() {
         let view = frame.towards_sensor;
         assert!(view.dot(&at.lines[0].direction()).abs() < 1e-12 && (view.norm() - 1.0).abs() < 1e-12);
         let mut rows = [vec![0.0; columns.width()], vec![0.0; columns.width()]];
-        let [one, other] = &mut rows;
-        columns.fill(&frame, &DVector::zeros(columns.estimated()), [one, other]);
-        let by_point = frame.by_point * (view - mean_view[0]) * 1e-4;
+        columns.fill(&frame, &DVector::zeros(columns.estimated()), &mut rows);
+        let by_point = frame.by_shift * (view - mean_view[0]) * 1e-4;
         let by_column = rows.map(|row| row[columns.width() - 1]);
         assert!((by_column[0] - by_point.x).abs() < 1e-12 && (by_column[1] - by_point.y).abs() < 1e-12);
     }
@@ -253,7 +250,11 @@ fn a_steep_form_couples_the_place_along_the_seam() {
     let problem = problem(&observed, &at);
     let mut columns = Columns::of(&at, &[], Vec::new());
     let hats = Hats::over([-0.3, 0.3], 0.02, 1);
-    let block = Block::new(Kind::Form { line: 0, hats, sigma_m: 1e-4 }, columns.estimated(), Amplitude::HELD);
+    let block = Block::new(
+        Kind::Form { target: 0, directions: 2, hats, sigma_m: 1e-4 },
+        columns.estimated(),
+        Amplitude::HELD,
+    );
     columns.blocks.push(block);
     let mut coefficients = DVector::zeros(columns.estimated());
     // A slope of 0.05 in the second direction: 1 mm over 20 mm are ten units of 0.1 mm.
@@ -264,10 +265,9 @@ fn a_steep_form_couples_the_place_along_the_seam() {
         assert!((columns.slopes(&frame, &coefficients)[1] - 0.05).abs() < 1e-12);
         let width = columns.width();
         let mut rows = [vec![0.0; width], vec![0.0; width]];
-        let [one, other] = &mut rows;
-        columns.fill(&frame, &coefficients, [one, other]);
+        columns.fill(&frame, &coefficients, &mut rows);
         for k in 0..at.dimension() {
-            let slid = frame.by_point * frame.across[1] * (-0.05 * frame.apart_by_unknowns[k]);
+            let slid = frame.by_shift * frame.across[1] * (-0.05 * frame.apart_by_unknowns[k]);
             for (row, numbers) in rows.iter().enumerate() {
                 assert!((numbers[k] - frame.by_unknowns[(row, k)] - slid[row]).abs() < 1e-9);
             }

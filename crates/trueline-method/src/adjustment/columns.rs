@@ -1,12 +1,10 @@
 //! The columns of the adjustment: free unknowns, blocks, the residual, and consider parameters.
 
 use crate::adjustment::blocks::Block;
-use crate::adjustment::frames::Frame;
+use crate::adjustment::sights::{FORMS, Frame, State};
 use crate::input::shape_knowledge::ShapeCovariance;
 use crate::problem::layout::Layout;
-use crate::problem::parameters::Parameters;
-use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, Unknowns};
-use nalgebra::{DVector, SMatrix, Vector3};
+use nalgebra::{DVector, SMatrix, SVector, Vector3};
 
 /// A consider parameter: known with a covariance that the scan does not improve.
 #[derive(Clone, Debug)]
@@ -35,8 +33,8 @@ impl Considered {
 
 /// The order of the columns.
 #[derive(Clone)]
-pub(crate) struct Columns {
-    unknowns: Unknowns,
+pub(crate) struct Columns<P: State> {
+    layout: P::Layout,
     /// Components of the tangent that are estimated.
     pub free: Vec<usize>,
     /// The blocks, after the free components.
@@ -45,12 +43,12 @@ pub(crate) struct Columns {
     pub considered: Vec<Considered>,
 }
 
-impl Columns {
+impl<P: State> Columns<P> {
     /// The columns of a state with held components.
     #[must_use]
-    pub(crate) fn of(at: &Parameters, fixed: &[usize], considered: Vec<Considered>) -> Self {
+    pub(crate) fn of(at: &P, fixed: &[usize], considered: Vec<Considered>) -> Self {
         let free = (0..at.dimension()).filter(|k| !fixed.contains(k)).collect();
-        Self { unknowns: at.unknowns(), free, blocks: Vec::new(), considered }
+        Self { layout: at.layout(), free, blocks: Vec::new(), considered }
     }
 
     /// Number of estimated columns. The residual follows them.
@@ -65,13 +63,18 @@ impl Columns {
         self.estimated() + 1 + self.considered.iter().map(Considered::columns).sum::<usize>()
     }
 
-    /// Fills the rows of both directions of a frame, with the slope of the forms at these coefficients.
-    pub(crate) fn fill(&self, frame: &Frame, coefficients: &DVector<f64>, rows: [&mut [f64]; 2]) {
+    /// Fills the row of each residual of a frame, with the slope of the forms at these coefficients.
+    pub(crate) fn fill<const ROWS: usize, const LOCAL: usize>(
+        &self,
+        frame: &Frame<ROWS, LOCAL>,
+        coefficients: &DVector<f64>,
+        rows: &mut [Vec<f64>; ROWS],
+    ) {
         let by_unknowns = self.with_slopes(frame, coefficients);
-        let [one, other] = rows;
         let estimated = self.estimated();
-        for (row, numbers) in [&mut *one, &mut *other].into_iter().enumerate() {
-            for (local, index) in self.unknowns.indices(frame.line) {
+        for (row, numbers) in rows.iter_mut().enumerate() {
+            numbers.fill(0.0);
+            for (local, index) in self.layout.indices(frame.target) {
                 if let Ok(column) = self.free.binary_search(&index) {
                     numbers[column] = by_unknowns[(row, local)];
                 }
@@ -80,14 +83,14 @@ impl Columns {
             self.fill_considered(frame, &by_unknowns, row, &mut numbers[estimated + 1..]);
         }
         for block in &self.blocks {
-            block.fill(frame, [one, other]);
+            block.fill(frame, rows);
         }
     }
 
-    fn fill_considered(
+    fn fill_considered<const ROWS: usize, const LOCAL: usize>(
         &self,
-        frame: &Frame,
-        by_unknowns: &SMatrix<f64, 2, LOCAL_ALL>,
+        frame: &Frame<ROWS, LOCAL>,
+        by_unknowns: &SMatrix<f64, ROWS, LOCAL>,
         row: usize,
         numbers: &mut [f64],
     ) {
@@ -95,21 +98,20 @@ impl Columns {
         for considered in &self.considered {
             match considered {
                 Considered::Held(component, sigma) => {
-                    let mut places = self.unknowns.indices(frame.line);
+                    let mut places = self.layout.indices(frame.target);
                     let local = places.find(|(_, index)| index == component).map(|(local, _)| local);
                     numbers[next] = local.map_or(0.0, |local| by_unknowns[(row, local)] * sigma);
                 }
                 Considered::EdgeRadius { sigma_m, mean_view } => {
-                    let view = frame.towards_sensor - mean_view[frame.line];
-                    numbers[next] = frame.by_point.row(row).dot(&view.transpose()) * sigma_m;
+                    let view = frame.towards_sensor - mean_view[frame.target];
+                    numbers[next] = frame.by_shift.row(row).dot(&view.transpose()) * sigma_m;
                 }
                 Considered::SquaredLag(unit_s2) => {
-                    let by_lag = frame.by_point.row(row).dot(&frame.acceleration.transpose());
-                    numbers[next] = 0.5 * by_lag * unit_s2;
+                    numbers[next] = 0.5 * frame.by_lag[row] * unit_s2;
                 }
                 Considered::Shape(covariance) => {
                     let Some(root) = covariance.cholesky() else { continue };
-                    let by_shape = by_unknowns.fixed_columns::<5>(LOCAL_BOWED) * root.l();
+                    let by_shape = by_unknowns.fixed_columns::<5>(P::LOCAL_SHAPE) * root.l();
                     for k in 0..5 {
                         numbers[next + k] = by_shape[(row, k)];
                     }
@@ -120,22 +122,37 @@ impl Columns {
     }
 
     /// The Jacobian by the unknowns, including the form's slope: a point that slides along the seam beyond its neighbours meets another form.
-    fn with_slopes(&self, frame: &Frame, coefficients: &DVector<f64>) -> SMatrix<f64, 2, LOCAL_ALL> {
-        let steep = self.slopes(frame, coefficients);
-        let by_along = frame.by_point * (frame.across[0] * -steep[0] + frame.across[1] * -steep[1]);
+    fn with_slopes<const ROWS: usize, const LOCAL: usize>(
+        &self,
+        frame: &Frame<ROWS, LOCAL>,
+        coefficients: &DVector<f64>,
+    ) -> SMatrix<f64, ROWS, LOCAL> {
+        let by_along = by_along(frame, self.slopes(frame, coefficients));
         frame.by_unknowns + by_along * frame.apart_by_unknowns.transpose()
     }
 
-    /// Slope of the seam's form at a frame, in both directions, dimensionless.
+    /// Slope of the target's form at a frame, in each direction, dimensionless.
     #[must_use]
-    pub(crate) fn slopes(&self, frame: &Frame, coefficients: &DVector<f64>) -> [f64; 2] {
-        let mut steep = [0.0; 2];
+    pub(crate) fn slopes<const ROWS: usize, const LOCAL: usize>(
+        &self,
+        frame: &Frame<ROWS, LOCAL>,
+        coefficients: &DVector<f64>,
+    ) -> [f64; FORMS] {
+        let mut steep = [0.0; FORMS];
         for block in &self.blocks {
-            let own = block.slope(frame, coefficients);
-            steep = [steep[0] + own[0], steep[1] + own[1]];
+            steep.iter_mut().zip(block.slope(frame, coefficients)).for_each(|(sum, own)| *sum += own);
         }
         steep.map(|slope| slope.clamp(-STEEPEST, STEEPEST))
     }
+}
+
+/// Residuals by a shift of the first place along a form of these slopes, 1/m.
+#[must_use]
+pub(crate) fn by_along<const ROWS: usize, const LOCAL: usize>(
+    frame: &Frame<ROWS, LOCAL>,
+    slopes: [f64; FORMS],
+) -> SVector<f64, ROWS> {
+    frame.by_form.iter().zip(slopes).map(|(by_form, slope)| by_form.column(0) * slope).sum()
 }
 
 /// Largest slope of a form that is used. The flank of a tack is steeper, but a straight line does not describe the motion along it.

@@ -36,9 +36,9 @@ pub(crate) struct Equations {
 }
 
 impl Equations {
-    /// From the sums of both directions, each with the standard deviation of its white noise.
+    /// From the sums of each residual of the frames, with the standard deviation of its white noise.
     #[must_use]
-    pub(crate) fn of(sums: [&Sums; 2], sigmas: [f64; 2], estimated: usize) -> Self {
+    pub(crate) fn of<const ROWS: usize>(sums: [&Sums; ROWS], sigmas: [f64; ROWS], estimated: usize) -> Self {
         let width = sums[0].products.ncols();
         let beside = width - estimated - 1;
         let mut all = DMatrix::zeros(width, width);

@@ -5,11 +5,11 @@ use crate::assess::outliers::Outliers;
 
 /// Estimated errors.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Amplitudes {
-    /// Standard deviation of the white noise in each direction, in units of the expected noise.
-    pub white: [f64; 2],
+pub struct Amplitudes<const ROWS: usize = 2> {
+    /// Standard deviation of the white noise of each residual of a frame, in units of the expected noise.
+    pub white: [f64; ROWS],
     /// The correlated part of the noise.
-    pub lasting: [Coloured; 2],
+    pub lasting: [Coloured; ROWS],
     /// RMS of the seam's form over the frames, m.
     pub form_m: f64,
     /// Standard deviation of the form in one direction, m: what its columns are expected to be, given the scan.
@@ -39,7 +39,7 @@ pub struct Amplitudes {
 /// Least size of a significant step, standard deviations.
 const STEP_SIGMAS: f64 = 4.0;
 
-impl Amplitudes {
+impl<const ROWS: usize> Amplitudes<ROWS> {
     /// Whether a step of the time offset stays significant beside correlated noise and all other errors.
     #[must_use]
     pub fn show_a_step(&self) -> bool {

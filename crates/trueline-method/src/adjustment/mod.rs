@@ -2,20 +2,23 @@
 //!
 //! | module | |
 //! |---|---|
-//! | `frames` | the whitened frames of the scan with their Jacobians |
+//! | `sights`, `seam_points` | what is asked of the sights of a scan: whitened frames with their Jacobians; the same for seam points |
 //! | `neighbours` | motion of frames relative to their neighbours along the seam |
 //! | `form`, `blocks` | errors as columns with an amplitude |
+//! | `settings`, `expected` | the errors that are expected, as blocks and as consider parameters |
 //! | `clamped` | the place of the part in each pass |
 //! | `columns`, `table` | the order of the columns, and the rows of all frames |
 //! | `coloured` | correlated noise, whitened by a filter |
 //! | `noise_search` | the likeliest noise of a grid |
 //! | `error_sizes` | the sizes of all errors, as a result states them |
+//! | `known_before` | priors |
 //! | `equations`, `amplitudes`, `weights` | solution, sizes of the blocks, weights of the frames |
 //! | `adjust` | the rounds |
+//! | `pose_noise` | the covariance by the information of the motion alone |
 //! | `axis_step` | corrections of the external axes |
 //! | `beyond_linear` | second-order uncertainty of a weak rotation |
 
-mod adjust;
+pub(crate) mod adjust;
 mod amplitudes;
 pub mod answer;
 pub mod axis_step;
@@ -23,15 +26,20 @@ mod beyond_linear;
 mod blocks;
 pub mod clamped;
 pub mod coloured;
-mod columns;
+pub(crate) mod columns;
 mod equations;
 pub mod error_sizes;
+pub(crate) mod expected;
 pub(crate) mod form;
-mod frames;
+mod known_before;
 mod neighbours;
 mod noise_search;
+mod pose_noise;
+pub(crate) mod seam_points;
+pub(crate) mod settings;
+pub(crate) mod sights;
 mod table;
-mod weights;
+pub(crate) mod weights;
 
 #[cfg(test)]
 mod column_tests;

@@ -38,23 +38,25 @@ pub(crate) fn about(lasting: f64) -> Coloured {
 }
 
 /// A scan with everything but its noise model.
-pub(crate) struct Given<'a> {
+pub(crate) struct Given<'a, const ROWS: usize> {
     /// The rows of the frames.
-    pub table: &'a Table,
-    /// The weight of each frame.
-    pub weights: &'a [f64],
-    /// Standard deviation of the white noise in each direction, in units of the expected noise.
-    pub sigmas: [f64; 2],
+    pub table: &'a Table<ROWS>,
+    /// Standard deviation of the white noise of each residual, in units of the expected noise.
+    pub sigmas: [f64; ROWS],
     /// Prior of all estimated columns.
     pub prior: &'a Prior,
     /// Threads that share the work.
     pub threads: usize,
 }
 
-/// The likeliest noise of both directions about a first model: first alike in both, then each by itself, then the correlation time, then the long
+/// The likeliest noise of each residual about a first model: first alike in all, then each by itself, then the correlation time, then the long
 /// process.
 #[must_use]
-pub(crate) fn likeliest(given: &Given<'_>, first: [Coloured; 2], reach: Reach) -> [Coloured; 2] {
+pub(crate) fn likeliest<const ROWS: usize>(
+    given: &Given<'_, ROWS>,
+    first: [Coloured; ROWS],
+    reach: Reach,
+) -> [Coloured; ROWS] {
     let begun = first.map(Place::near);
     let mut search = Search {
         best: Chosen { of: begun, twice_negative_log: f64::INFINITY },
@@ -65,12 +67,12 @@ pub(crate) fn likeliest(given: &Given<'_>, first: [Coloured; 2], reach: Reach) -
     search.try_all([begun.map(|place| with(place, 0))]);
     loop {
         let before = search.best.of[0];
-        search.try_all(near(before.amplitude, 1, AMPLITUDES.len()).map(|both| [with(before, both); 2]));
+        search.try_all(near(before.amplitude, 1, AMPLITUDES.len()).map(|all| [with(before, all); ROWS]));
         if search.best.of[0] == before {
             break;
         }
     }
-    for direction in 0..2 {
+    for direction in 0..ROWS {
         let of = search.best.of;
         let beside = near(of[direction].amplitude, reach.amplitude, AMPLITUDES.len());
         search.try_all(beside.map(|amplitude| {
@@ -123,18 +125,18 @@ fn near(place: usize, reach: usize, count: usize) -> Range<usize> {
 }
 
 /// The likeliest noise so far.
-struct Chosen {
-    of: [Place; 2],
+struct Chosen<const ROWS: usize> {
+    of: [Place; ROWS],
     twice_negative_log: f64,
 }
 
-struct Search<'a> {
-    best: Chosen,
-    likelihood: Likelihood<'a>,
+struct Search<'a, const ROWS: usize> {
+    best: Chosen<ROWS>,
+    likelihood: Likelihood<'a, ROWS>,
 }
 
-impl Search<'_> {
-    fn try_all(&mut self, others: impl IntoIterator<Item = [Place; 2]>) {
+impl<const ROWS: usize> Search<'_, ROWS> {
+    fn try_all(&mut self, others: impl IntoIterator<Item = [Place; ROWS]>) {
         for of in others {
             let twice_negative_log = self.likelihood.of(of);
             if twice_negative_log + GAIN < self.best.twice_negative_log {
@@ -145,14 +147,14 @@ impl Search<'_> {
 }
 
 /// The restricted likelihood of noise models. Each is filtered and solved once.
-struct Likelihood<'a> {
-    given: &'a Given<'a>,
+struct Likelihood<'a, const ROWS: usize> {
+    given: &'a Given<'a, ROWS>,
     known: Vec<((usize, Place), Sums)>,
-    solved: Vec<([Place; 2], f64)>,
+    solved: Vec<([Place; ROWS], f64)>,
 }
 
-impl Likelihood<'_> {
-    fn of(&mut self, places: [Place; 2]) -> f64 {
+impl<const ROWS: usize> Likelihood<'_, ROWS> {
+    fn of(&mut self, places: [Place; ROWS]) -> f64 {
         if let Some((_, twice_negative_log)) = self.solved.iter().find(|(solved, _)| *solved == places) {
             return *twice_negative_log;
         }
@@ -161,20 +163,18 @@ impl Likelihood<'_> {
         twice_negative_log
     }
 
-    fn solve(&mut self, places: [Place; 2]) -> f64 {
-        let Given { table, weights, sigmas, prior, threads } = *self.given;
+    fn solve(&mut self, places: [Place; ROWS]) -> f64 {
+        let Given { table, sigmas, prior, threads } = *self.given;
         let key = |direction: usize| (direction, places[direction]);
         let is_known = |direction: &usize| self.known.iter().any(|(known, _)| *known == key(*direction));
-        let missing: Vec<usize> = (0..2).filter(|direction| !is_known(direction)).collect();
+        let missing: Vec<usize> = (0..ROWS).filter(|direction| !is_known(direction)).collect();
         let found = parallel::map(threads, missing.len(), |k| {
-            (key(missing[k]), table.whitened(missing[k], weights, places[missing[k]].noise()).sums)
+            (key(missing[k]), table.whitened(missing[k], places[missing[k]].noise()).sums)
         });
         self.known.extend(found);
-        let sums = |direction: usize| {
-            self.known.iter().find(|(known, _)| *known == key(direction)).map(|(_, sums)| sums)
-        };
-        let (Some(one), Some(other)) = (sums(0), sums(1)) else { return f64::INFINITY };
-        let equations = Equations::of([one, other], sigmas, prior.gradient.len());
+        let is_own = |direction: usize| self.known.iter().position(|(known, _)| *known == key(direction));
+        let sums = std::array::from_fn(|direction| &self.known[is_own(direction).unwrap_or(0)].1);
+        let equations = Equations::of::<ROWS>(sums, sigmas, prior.gradient.len());
         equations.solve(prior).map_or(f64::INFINITY, |solved| solved.twice_negative_log)
     }
 }

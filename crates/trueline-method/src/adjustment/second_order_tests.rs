@@ -4,16 +4,16 @@
 use crate::adjustment::adjust::Adjustment;
 use crate::adjustment::coloured::Coloured;
 use crate::adjustment::columns::Columns;
-use crate::adjustment::frames::Scan;
-use crate::adjustment::table::Table;
+use crate::adjustment::seam_points::SeamPoints;
+use crate::adjustment::sights::Sights;
 use crate::adjustment::weights::Weights;
-use crate::assess::tilt_bias::TiltBias;
 use crate::config::{Config, ResidualKind};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations;
 use crate::input::timestamps::Sampling;
 use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::{Parameters, ROTATION, TRANSLATION};
+use crate::problem::unknowns::LOCAL_ALL;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use trueline_lsq::Loss;
 use trueline_sim::{Disturbance, Preset, random_cell, simulate};
@@ -26,8 +26,8 @@ const STEP: f64 = 1e-6;
 const ROUNDS: usize = 12;
 
 /// Whitened residuals of all frames, one below the other.
-fn residuals(adjustment: &Adjustment<'_>, at: &Parameters) -> DVector<f64> {
-    let frames = adjustment.scan.frames(&adjustment.at, &adjustment.tilt);
+fn residuals(adjustment: &Adjustment<SeamPoints<'_>, 2, LOCAL_ALL>, at: &Parameters) -> DVector<f64> {
+    let frames = adjustment.scan.frames(&adjustment.at);
     let all: Vec<f64> = frames
         .iter()
         .flatten()
@@ -37,7 +37,7 @@ fn residuals(adjustment: &Adjustment<'_>, at: &Parameters) -> DVector<f64> {
 }
 
 /// Derivatives of the residuals by all unknowns at the adjustment's state.
-fn slopes(adjustment: &Adjustment<'_>) -> DMatrix<f64> {
+fn slopes(adjustment: &Adjustment<SeamPoints<'_>, 2, LOCAL_ALL>) -> DMatrix<f64> {
     let count = adjustment.at.dimension();
     let column = |k: usize| {
         let step = DVector::from_fn(count, |j, _| if j == k { STEP } else { 0.0 });
@@ -49,7 +49,11 @@ fn slopes(adjustment: &Adjustment<'_>) -> DMatrix<f64> {
 }
 
 /// The state at which the residuals are orthogonal to the slopes, with columns held and without a turn about an axis. Also returns its cost.
-fn beside(adjustment: &Adjustment<'_>, from: &Parameters, axis: &Vector3<f64>) -> (Parameters, f64) {
+fn beside(
+    adjustment: &Adjustment<SeamPoints<'_>, 2, LOCAL_ALL>,
+    from: &Parameters,
+    axis: &Vector3<f64>,
+) -> (Parameters, f64) {
     let count = from.dimension();
     let mut of_axis = DVector::zeros(count);
     of_axis.fixed_rows_mut::<3>(ROTATION).copy_from(axis);
@@ -79,14 +83,13 @@ fn a_valley_is_as_wide_and_bends_as_solutions_beside_it_say() {
     let at = Parameters::straight(&truth.parameters, truth.lines);
     let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
     let problem = LineProblem::new(&observed, &observed.list, criterion, &LOUD, &at);
-    let scan = Scan::of(&problem, &at);
-    let tilt = TiltBias::about(&scan.poses(&at));
-    let count = scan.frames(&at, &tilt).len();
+    let scan = SeamPoints::of(&problem, &at);
+    let count = scan.frames(&at).len();
     let columns = Columns::of(&at, &[], Vec::new());
     let mut adjustment = Adjustment {
         scan,
-        tilt,
         shape_prior: None,
+        unseen: DMatrix::zeros(at.dimension(), 0),
         coefficients: DVector::zeros(columns.estimated()),
         columns,
         at: at.clone(),
@@ -96,8 +99,8 @@ fn a_valley_is_as_wide_and_bends_as_solutions_beside_it_say() {
         weights: Weights { of: vec![1.0; count], ..Weights::default() },
         threads: 1,
     };
-    let frames = adjustment.scan.frames(&at, &adjustment.tilt);
-    let table = Table::of(&frames, &adjustment.columns, &adjustment.coefficients);
+    let frames = adjustment.scan.frames(&at);
+    let table = adjustment.table(&frames);
     let sums = adjustment.whitened(&table);
     let equations = adjustment.equations(&[sums[0].sums.clone(), sums[1].sums.clone()]);
     let covariance = equations.solve(&adjustment.prior()).unwrap().covariance();

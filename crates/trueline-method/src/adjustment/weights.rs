@@ -1,6 +1,8 @@
 //! Weights of the frames.
 
+use crate::adjustment::sights::Frame;
 use crate::assess::outliers::Outliers;
+use nalgebra::SVector;
 
 /// Residuals beyond this are down-weighted, in standard deviations \[Huber1964\].
 const HUBER: f64 = 2.5;
@@ -23,6 +25,26 @@ pub(crate) struct Weights {
     pub of: Vec<f64>,
     /// Frames beyond the cut by themselves, among those evaluated.
     pub outliers: Outliers,
+}
+
+/// Deviation of each frame, from its residuals and their spread. The residuals of a frame count as the two of a seam point would.
+#[must_use]
+pub(crate) fn off<const ROWS: usize, const LOCAL: usize>(
+    frames: &[Option<Frame<ROWS, LOCAL>>],
+    left: &[Option<SVector<f64, ROWS>>],
+    spread: [f64; ROWS],
+) -> Vec<Off> {
+    let mut line = 0;
+    let off = |(frame, left): (&Option<Frame<ROWS, LOCAL>>, &Option<SVector<f64, ROWS>>)| {
+        let Some((frame, left)) = frame.as_ref().zip(left.as_ref()) else {
+            return Off { line, sigmas: None };
+        };
+        line = frame.target;
+        let there = frame.is_there.iter().filter(|is_there| **is_there).count().max(1);
+        let square: f64 = left.iter().zip(spread).map(|(left, spread)| (left / spread).powi(2)).sum();
+        Off { line, sigmas: Some((square * 2.0 / there as f64).sqrt()) }
+    };
+    frames.iter().zip(left).map(off).collect()
 }
 
 /// The weight of each frame. It is 0 beyond `cut` standard deviations, and between two such frames: what disturbs both disturbs it too.

@@ -27,5 +27,6 @@ pub mod seam_error;
 pub mod seam_point_error;
 pub(crate) mod section_series;
 pub mod sensor_shape;
+pub(crate) mod share;
 pub mod systematic;
 pub mod tilt_bias;

@@ -21,7 +21,7 @@ const STRONGEST: usize = 8;
 /// Least fraction of the residuals' squares that the modes must explain.
 const EXPLAINS: f64 = 0.4;
 /// Least ratio to the assumed errors at which a robot counts as worse.
-const WORSE: f64 = 1.5;
+pub(crate) const WORSE: f64 = 1.5;
 /// Least log likelihood ratio: a factor of e⁵, once in a thousand scans.
 const LOG_RATIO: f64 = 5.0;
 /// Sizes that are tried, relative to those of the assumed robot.
@@ -46,7 +46,7 @@ pub(crate) fn shown(
 }
 
 /// The strongest modes on a path, for errors of the assumed size.
-pub(crate) fn modes(poses: &[Pose]) -> Option<RobotField> {
+fn modes(poses: &[Pose]) -> Option<RobotField> {
     let assumed = RobotSigmas::of_accuracy(ASSUMED_ROBOT_ACCURACY_M);
     Some(RobotField::new(assumed, poses)?.strongest(STRONGEST))
 }
@@ -89,10 +89,10 @@ impl Beside {
 }
 
 /// Maximum number of observations evaluated. Beyond it every n-th is used, because robot errors change slowly along the path.
-pub(crate) const MOST_OBSERVATIONS: usize = 3000;
+const MOST_OBSERVATIONS: usize = 3000;
 
 /// Sums over the observations evaluated.
-pub(crate) struct Scores {
+struct Scores {
     /// Zᵀ W r.
     score: DVector<f64>,
     /// Zᵀ W Z.
@@ -144,7 +144,7 @@ impl Scores {
     }
 
     /// From the products of rows with modes, slopes in the root's coordinates, and residual.
-    pub(crate) fn from_products(
+    fn from_products(
         products: &DMatrix<f64>,
         modes: usize,
         known: NormalEquations,
@@ -165,14 +165,8 @@ impl Scores {
         })
     }
 
-    /// Remaining gradient of the other unknowns, σ.
-    #[cfg(test)]
-    pub(crate) fn others(&self) -> &DVector<f64> {
-        &self.others
-    }
-
     /// The errors that are clearly larger than assumed.
-    pub(crate) fn shown(&self, taken: RobotSigmas) -> Option<RobotSigmas> {
+    fn shown(&self, taken: RobotSigmas) -> Option<RobotSigmas> {
         let assumed = RobotSigmas::of_accuracy(ASSUMED_ROBOT_ACCURACY_M);
         let [position, attitude] = [0, 1].map(|kind| self.beside_others(kind));
         let taken_times = [taken.position_m / assumed.position_m, taken.attitude_rad / assumed.attitude_rad];

@@ -5,6 +5,7 @@
 //! the sensor is held, its shape moves the estimate and the point alike, and both are added before squaring \[Schmidt1966\].
 
 use crate::assess::levels::SystematicLevels;
+use crate::assess::share::{Share, ShareOf};
 use crate::assess::systematic::Systematic;
 use crate::input::observations::{Observation, Observations};
 use crate::order_statistics::quantile;
@@ -110,42 +111,6 @@ impl SeamErrorBudget {
     }
 }
 
-/// The source of a part of an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ShareOf {
-    /// Random noise.
-    Noise,
-    /// Common error of the stamps.
-    Stamps,
-    /// The sensor's own calibration.
-    Sensor,
-    /// The robot.
-    Robot,
-    /// Bow and form of the seam.
-    SeamForm,
-    /// The detector's bias with the tilt.
-    Detector,
-    /// The lag of the robot behind its recorded poses.
-    PoseLag,
-    /// The radius of the edge.
-    EdgeRadius,
-    /// Held quantities that are not known exactly.
-    Held,
-    /// Prior uncertainty of external axes.
-    Axes,
-}
-
-/// Effect of an error on the unknowns: columns in the tangent, each of unit variance.
-#[derive(Clone, Debug)]
-pub(crate) struct Share {
-    /// Its source.
-    pub of: ShareOf,
-    /// The columns.
-    pub columns: DMatrix<f64>,
-    /// The corresponding errors of the sensor's shape (5 × columns), if it is held.
-    pub shape: Option<DMatrix<f64>>,
-}
-
 /// Inputs of a seam error.
 pub struct SeamErrorSources<'a> {
     /// Hessian at the solution, with the prior.
@@ -187,8 +152,7 @@ pub fn predict(
         stamps: stamps.sqrt(),
         sensor: (noise * ((without_bow - alone) / all).max(0.0) + held_sensor).sqrt(),
         robot: mean_square(&sources.systematic.robot).sqrt(),
-        seam_form: (noise * ((all - without_bow) / all).max(0.0) + mean_square(&sources.systematic.form))
-            .sqrt(),
+        seam_form: (noise * ((all - without_bow) / all).max(0.0)).sqrt(),
         feature_bias: mean_square(&sources.systematic.feature_bias).sqrt(),
         held: mean_square(&sources.systematic.held).sqrt(),
         edge_radius: 0.0,

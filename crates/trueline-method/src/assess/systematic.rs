@@ -6,6 +6,7 @@
 
 use crate::assess::levels::SystematicLevels;
 use crate::assess::robot_field::RobotField;
+use crate::assess::share::{Share, ShareOf};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
@@ -33,8 +34,6 @@ pub struct Systematic {
     pub feature_bias: DMatrix<f64>,
     /// Held quantities that are not known exactly. Each column contains the quantity itself in its own row.
     pub held: DMatrix<f64>,
-    /// Form of the surfaces along the seam. No columns for seam points, whose form is estimated.
-    pub form: DMatrix<f64>,
 }
 
 /// Observations on which the robot's errors are looked at; of more, one in several represents the rest, for these errors change
@@ -49,36 +48,24 @@ impl Systematic {
     #[must_use]
     pub fn covariance(&self) -> DMatrix<f64> {
         let own = |columns: &DMatrix<f64>| columns * columns.transpose();
-        own(&self.robot) + own(&self.sensor) + own(&self.feature_bias) + own(&self.held) + own(&self.form)
+        own(&self.robot) + own(&self.sensor) + own(&self.feature_bias) + own(&self.held)
     }
 
-    /// The same errors with no effect on the estimate.
+    /// They as shares of an error, each of equal errors in every answer of the scan.
     #[must_use]
-    pub(crate) fn of_nothing(&self) -> Self {
-        let still = |columns: &DMatrix<f64>| columns * 0.0;
-        Self {
-            robot: still(&self.robot),
-            sensor: still(&self.sensor),
-            sensor_shape: self.sensor_shape.clone(),
-            feature_bias: still(&self.feature_bias),
-            held: still(&self.held),
-            form: still(&self.form),
-        }
-    }
-
-    /// Effect of the errors on the difference of two estimates with the same errors, over the first `size` components of both. Only the first has
-    /// forms.
-    #[must_use]
-    pub fn minus(&self, other: &Self, size: usize) -> Self {
-        let apart = |own: &DMatrix<f64>, others: &DMatrix<f64>| own.rows(0, size) - others.rows(0, size);
-        Self {
-            robot: apart(&self.robot, &other.robot),
-            sensor: apart(&self.sensor, &other.sensor),
-            sensor_shape: self.sensor_shape.clone(),
-            feature_bias: apart(&self.feature_bias, &other.feature_bias),
-            held: apart(&self.held, &other.held),
-            form: self.form.rows(0, size).into_owned(),
-        }
+    pub(crate) fn shares(&self) -> Vec<Share> {
+        let share = |of: ShareOf, columns: &DMatrix<f64>, shape: Option<&DMatrix<f64>>| Share {
+            of,
+            columns: columns.clone(),
+            shape: shape.cloned(),
+        };
+        let all = [
+            share(ShareOf::Robot, &self.robot, None),
+            share(ShareOf::Sensor, &self.sensor, Some(&self.sensor_shape)),
+            share(ShareOf::Detector, &self.feature_bias, None),
+            share(ShareOf::Held, &self.held, None),
+        ];
+        all.into_iter().filter(|share| share.columns.ncols() > 0).collect()
     }
 
     /// The same with held components of the tangent and their standard deviations, SI. `hessian` is over all components, and `root` is that of the
@@ -305,7 +292,6 @@ impl SystematicSums {
             sensor_shape: self.held.clone(),
             feature_bias: by_bias * &bias.own,
             held: DMatrix::zeros(self.root.nrows(), 0),
-            form: DMatrix::zeros(self.root.nrows(), 0),
         }
     }
 

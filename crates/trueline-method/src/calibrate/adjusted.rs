@@ -1,6 +1,7 @@
 //! Adjusts the seam-point answer together with every systematic error.
 
-use crate::adjustment::answer::{Answer, Settings, adjust};
+use crate::adjustment::answer::{Answer, adjust};
+use crate::adjustment::settings::Settings;
 use crate::assess::levels::SystematicLevels;
 use crate::assess::observability::Group;
 use crate::assess::residuals::{self, FeatureResidual};
@@ -11,9 +12,10 @@ use crate::axes::finding::{self, sigmas_before};
 use crate::calibrate::answered::{Answered, beside_cause, with_sensor};
 use crate::calibrate::basins::{Basin, beside_rivals, likelier};
 use crate::calibrate::clamped::{clamped_again, passes_in_doubt};
-use crate::calibrate::concluded::Concluded;
+use crate::calibrate::concluded::{Concluded, waviness_m};
 use crate::calibrate::lagging::{Lagging, lagging};
-use crate::config::{ASSUMED_WAVINESS_M, Config, ResidualKind};
+use crate::calibrate::with_stripes::SeamErrors;
+use crate::config::{Config, ResidualKind};
 use crate::findings::Findings;
 use crate::hypotheses::search::{BetterMinimum, Mirrored};
 use crate::input::observations::Observations;
@@ -77,11 +79,6 @@ fn is_possible(recording: &Recording, config: &Config, fit: &Fit) -> bool {
     !(is_paper || fit.prior.is_some() || is_at_stops)
 }
 
-/// Stated waviness of the seam, m.
-fn waviness_m(recording: &Recording, config: &Config) -> f64 {
-    config.waviness_m.or(recording.setup.waviness_m).unwrap_or(ASSUMED_WAVINESS_M)
-}
-
 /// Adjusts the optimum of noise alone. `None` if there is no systematic error to adjust: a straight seam with a sharp edge of a part at rest, the
 /// paper's residual, directions held at a guess, a standing robot.
 ///
@@ -97,25 +94,14 @@ fn adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>) -> Result<Option<Ad
     let _stage = tracing::debug_span!("adjustment").entered();
     let held_sigmas = from.held_sigmas();
     let axis_sigmas = sigmas_before(from.recording);
-    let stepped = from.assessed.drift_free.stepped;
     let settings = Settings {
-        fixed: from.settings.fixed,
-        held_sigmas: &held_sigmas,
         // Robot errors from residuals that a moved part left would explain its moves.
         levels: if is_stated {
             from.levels
         } else {
             SystematicLevels { robot: from.robot_taken, ..from.levels }
         },
-        waviness_m: waviness_m(from.recording, config),
-        noise_factor: fit.noise.factor,
-        step: stepped.map(|step| (step.at_s, step.step_s.abs())),
-        lag_s: 0.0,
-        joint_lags_s: 0.0,
-        part: None,
-        axis_sigmas: &axis_sigmas,
-        noise: None,
-        threads: config.threads,
+        ..from.adjustment(&held_sigmas, &axis_sigmas)
     };
     let best = adjust(problem, fit.parameters(), &settings);
     let moving = |settings: &Settings<'_>, at_rest: &Answer| {
@@ -178,21 +164,23 @@ fn seam_error(from: &Concluded<'_>, answer: &Answer) -> Option<SeamError> {
     seam_error::of_shares(observations, fit.placed.of(observations), &answer.at, &sources)
 }
 
-/// Takes the answer of the seam points as it is adjusted with all errors: residuals, checks and ± are its own.
-pub(crate) fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, findings: &mut Findings) {
+/// Takes the answer of the seam points as it is adjusted with all errors: residuals, checks and ± are its own. Returns its errors; `None` where
+/// nothing is adjusted.
+pub(crate) fn take_adjusted(
+    from: &Concluded<'_>,
+    problem: &LineProblem<'_>,
+    findings: &mut Findings,
+) -> Option<SeamErrors> {
     // No error of a shop is like another time offset in a large part of the scan.
     if findings.fit.residuals.used == 0 || stepped_stretch::is_shown(findings) {
-        return;
+        return None;
     }
-    let adjusted = match adjusted(from, problem) {
-        Ok(Some(adjusted)) => adjusted,
-        Ok(None) => return,
+    let Ok(adjusted) = adjusted(from, problem) else {
         // The ± of noise alone is not that of this cell.
-        Err(Unsolved) => {
-            findings.fit.termination = Termination::NoSolution;
-            return;
-        }
+        findings.fit.termination = Termination::NoSolution;
+        return None;
     };
+    let adjusted = adjusted?;
     let Adjusted { answer, seam_error, is_open, tried, better, with_axes } = adjusted;
     findings.checks.better = better;
     let mut mirrors = from.ambiguity.rivals.iter().zip(&is_open).filter(|(rival, _)| rival.is_mirror);
@@ -244,4 +232,5 @@ pub(crate) fn take_adjusted(from: &Concluded<'_>, problem: &LineProblem<'_>, fin
     if !findings.unknowns.sensor.is_some_and(|shape| shape.is_off()) {
         findings.checks.confounded_causes.clear();
     }
+    Some(SeamErrors { noise: answer.noise, shares: answer.shares, field: answer.field })
 }

@@ -1,6 +1,7 @@
 //! Compares the answers of several basins by the likelihood of the full adjustment.
 
-use crate::adjustment::answer::{Answer, Settings, adjust};
+use crate::adjustment::answer::{Answer, adjust};
+use crate::adjustment::settings::Settings;
 use crate::calibrate::concluded::Concluded;
 use crate::calibrate::in_common::some_of;
 use crate::hypotheses::ambiguity::RivalAnswer;
@@ -41,7 +42,7 @@ pub(crate) fn beside_rivals(
         |o: &Observation| mirrors().all(|rival| problem.placement(o, &rival.parameters).is_some());
     let (list, whiteners) = some_of(problem, is_common);
     let common = problem.of_some(&list, &whiteners);
-    let own = adjust(&common, &best.at, &settings.near(&best));
+    let own = adjust(&common, &best.at, &settings.near(best.amplitudes.lasting));
     // A rival that converges to the answer is the same basin.
     let is_same = |other: &Answer| own.as_ref().is_some_and(|own| are_one_basin(&own.at, &other.at));
     let of_mirror = |rival: &RivalAnswer| {
@@ -101,9 +102,10 @@ pub(crate) fn likelier(
     let (list, whiteners) = some_of(problem, is_common);
     let common = problem.of_some(&list, &whiteners);
     let by = |at: &Parameters, settings: &Settings<'_>| Some(adjust(&common, at, settings)?.comparable());
-    let is_likelier = match (by(&answer.at, &settings.near(answer)), by(&better.parameters, settings)) {
-        (Some(own), Some(other)) => other + RIVAL_GAIN < own,
-        (own, _) => own.is_none(),
-    };
+    let is_likelier =
+        match (by(&answer.at, &settings.near(answer.amplitudes.lasting)), by(&better.parameters, settings)) {
+            (Some(own), Some(other)) => other + RIVAL_GAIN < own,
+            (own, _) => own.is_none(),
+        };
     is_likelier.then(|| better.clone())
 }

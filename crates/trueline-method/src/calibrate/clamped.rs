@@ -3,8 +3,9 @@
 //! Errors of the robot, forms of the seam and lasting noise can follow a part that moved, with a time offset that is off by many of its ±. The
 //! scan is therefore adjusted once more with six numbers for each pass after the first, and the likelihoods are compared.
 
-use crate::adjustment::answer::{Answer, Settings, adjust};
+use crate::adjustment::answer::{Answer, adjust};
 use crate::adjustment::clamped::Clamped;
+use crate::adjustment::settings::Settings;
 use crate::assess::correlated_noise::Structure;
 use crate::calibrate::concluded::Concluded;
 use crate::config::PartMoves;

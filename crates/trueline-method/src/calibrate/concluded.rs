@@ -1,12 +1,14 @@
 //! Inputs of `conclude`.
 
+use crate::adjustment::settings::Settings;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::levels::SystematicLevels;
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::robot_field::RobotSigmas;
 use crate::calibration::Calibration;
-use crate::config::{HeldSigma, ResidualKind};
+use crate::config::{ASSUMED_WAVINESS_M, Config, HeldSigma, ResidualKind};
 use crate::hypotheses::ambiguity::Ambiguity;
+use crate::hypotheses::clock_drift::DriftFree;
 use crate::hypotheses::feature_bias::TakenBias;
 use crate::hypotheses::search::{BetterMinimum, Mirrored};
 use crate::hypotheses::unbiased::{Assessed, inflation};
@@ -55,6 +57,30 @@ impl Concluded<'_> {
         inflation(&self.structure, &self.assessed.information)
     }
 
+    /// What an adjustment takes beside noise: the stated errors, of a part at rest, of a robot without lag.
+    pub(crate) fn adjustment<'b>(
+        &'b self,
+        held_sigmas: &'b [(usize, f64)],
+        axis_sigmas: &'b [f64],
+    ) -> Settings<'b> {
+        let DriftFree { fit, stepped, .. } = &self.assessed.drift_free;
+        Settings {
+            fixed: self.settings.fixed,
+            held_sigmas,
+            levels: self.levels,
+            waviness_m: waviness_m(self.recording, self.settings.config),
+            noise_factor: fit.noise.factor,
+            step: stepped.as_ref().map(|step| (step.at_s, step.step_s.abs())),
+            lag_s: 0.0,
+            joint_lags_s: 0.0,
+            part: None,
+            axis_sigmas,
+            field: None,
+            noise: None,
+            threads: self.settings.config.threads,
+        }
+    }
+
     /// The held components that are not known exactly, each with its standard deviation, SI.
     pub(crate) fn held_sigmas(&self) -> Vec<(usize, f64)> {
         let HeldSigma { time_s, rotation_rad, translation_m } = self.settings.config.held_sigma;
@@ -86,4 +112,9 @@ impl Concluded<'_> {
         covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);
         covariance
     }
+}
+
+/// Stated waviness of the seam, m.
+pub(crate) fn waviness_m(recording: &Recording, config: &Config) -> f64 {
+    config.waviness_m.or(recording.setup.waviness_m).unwrap_or(ASSUMED_WAVINESS_M)
 }

@@ -3,8 +3,9 @@
 //! An arm of joints with the lags τ + δ_k is late by (τ + J diag(δ) J⁻¹) times its twist. The mean delay belongs to the time offset. The
 //! remainder is the curvature of the path (τ² ÿ / 2), and a matrix over the twist that is nearly constant along a scan.
 
-use crate::adjustment::answer::{Answer, Settings, adjust};
+use crate::adjustment::answer::{Answer, adjust};
 use crate::adjustment::error_sizes::Amplitudes;
+use crate::adjustment::settings::Settings;
 use crate::calibrate::concluded::Concluded;
 use crate::calibrate::in_common::some_of;
 use crate::hypotheses::clock_drift::DriftFree;
@@ -25,7 +26,7 @@ const LAG_CURVES: f64 = 0.6;
 /// Minimum gain in twice the log likelihood: e⁻¹² is less likely than commanded poses are rare.
 const LAG_GAIN: f64 = 25.0;
 /// Expected lag of a joint beside the others, s: a tenth of a lag of 20 ms.
-const JOINT_LAGS_S: f64 = 0.002;
+pub(crate) const JOINT_LAGS_S: f64 = 0.002;
 /// Minimum gain of the joints' own lags. One log in eight is of commanded poses, and e⁻⁵ leaves few wrong ones.
 const JOINT_GAIN: f64 = 10.0;
 /// Total noise, in units of the expected noise, above which the joints' own lags are tried.
@@ -71,7 +72,11 @@ fn with_joint_lags(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: &
     }
     let DriftFree { observations, fit, .. } = &from.assessed.drift_free;
     let problem = fit.problem(observations, from.settings.config);
-    adjust(&problem, &as_recorded.at, &Settings { joint_lags_s: JOINT_LAGS_S, ..settings.near(as_recorded) })
+    adjust(
+        &problem,
+        &as_recorded.at,
+        &Settings { joint_lags_s: JOINT_LAGS_S, ..settings.near(as_recorded.amplitudes.lasting) },
+    )
 }
 
 /// The likeliest lag of all joints, beside their own if the settings have these.
@@ -98,7 +103,7 @@ fn with_mean_lag(
         problem.placement(&later, &as_recorded.at).is_some()
     };
     let (list, whiteners) = some_of(&problem, is_common);
-    let settings = settings.near(&as_recorded);
+    let settings = settings.near(as_recorded.amplitudes.lasting);
     let without = adjust(&problem.of_some(&list, &whiteners), &as_recorded.at, &settings);
     let Some(without) = without else { return as_recorded };
     let with = |lag_s: f64, path: Result<Trajectory, TrajectoryError>| {

@@ -1,6 +1,6 @@
 //! The answer to a scan over a curve: the best fit, its rivals, and its observability.
 
-use crate::assess::seam_error::{Share, ShareOf};
+use crate::assess::share::{Share, ShareOf};
 use crate::config::known_of_cell::KnownOfCell;
 use crate::curve::arrow::SHARED;
 use crate::curve::clamped::moved_by_m;

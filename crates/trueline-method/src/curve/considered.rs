@@ -1,7 +1,7 @@
 //! Errors that are not estimated (consider parameters), as columns beside the unknowns.
 
 use crate::assess::robot_field::RobotSigmas;
-use crate::assess::seam_error::{Share, ShareOf};
+use crate::assess::share::{Share, ShareOf};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::config::PartMoves;
 use crate::curve::arrow::{ArrowRoot, SHARED};

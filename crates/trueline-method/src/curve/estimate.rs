@@ -1,6 +1,6 @@
 //! The curve of a fit, with the ± of its points.
 
-use crate::assess::seam_error::{Share, ShareOf};
+use crate::assess::share::{Share, ShareOf};
 use crate::curve::equations::State;
 use crate::curve::passes::Course;
 use crate::curve::registration::Symmetry;

@@ -11,7 +11,7 @@
 //! used. Then the answer is off by Xᵣ ξᵣ + Xₛ (ξₛ − ξ̂ₛ) with X = M⁻¹JᵀWZ, and ξₛ − ξ̂ₛ = Pₛᵣ ξᵣ + q with q ~ N(0, Pₛₛ − Pₛᵣ
 //! Pᵣₛ).
 
-use crate::assess::seam_error::Share;
+use crate::assess::share::Share;
 use crate::curve::arrow::SHARED;
 use crate::curve::considered::{Considered, Errors, ShapeError};
 use crate::curve::equations::{sights, stepped};

@@ -3,7 +3,7 @@
 //! A fixture clamps a part again within its scatter. Each pass then sees the curve at its own place. The six unknowns of a pass are
 //! the shift and the turn about the middle of the curve, relative to the first pass.
 
-use crate::assess::seam_error::ShareOf;
+use crate::assess::share::ShareOf;
 use crate::config::PartMoves;
 use crate::curve::considered::Considered;
 use crate::curve::equations::State;

@@ -10,7 +10,6 @@ pub mod feature_noise;
 pub mod lateness;
 pub mod noise_levels;
 pub mod observations;
-pub mod path_noise;
 mod plane_before_camera;
 pub(crate) mod repeated_poses;
 pub mod robot_motion;

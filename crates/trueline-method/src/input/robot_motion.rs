@@ -3,7 +3,6 @@
 use crate::config::{Config, ResidualKind};
 use crate::error::Error;
 use crate::input::axis_chain::AxisChain;
-use crate::input::path_noise::NoiseCorrelation;
 use crate::input::repeated_poses::{self, Updates};
 use crate::input::stops;
 use crate::order_statistics::median;
@@ -24,8 +23,6 @@ pub struct RobotMotion {
     pub recorded_noise_m: f64,
     /// Remaining noise of the trajectory, m.
     pub noise_m: f64,
-    /// Its correlation between two times.
-    pub noise_correlation: NoiseCorrelation,
     /// Whether the trajectory is a local fit to the recorded poses.
     pub smoothed: bool,
     /// Half the window of that fit, s.
@@ -97,10 +94,6 @@ impl RobotMotion {
         let window_s = smoothed.then_some(half_window_s);
         let straight_s =
             if as_recorded { f64::INFINITY } else { straight_s(&times, &poses, recorded_noise_m) };
-        let through = |times: &[f64], poses: &[Pose]| {
-            path(times.to_vec(), poses.to_vec(), gap_limit_s, window_s, straight_s).ok()
-        };
-        let noise_correlation = NoiseCorrelation::of(period_s, window_s.unwrap_or(0.0), through);
         let trajectory = path(times, poses, gap_limit_s, window_s, straight_s);
         let trajectory = trajectory.map_err(Error::Trajectory)?;
         Ok(Self {
@@ -108,7 +101,6 @@ impl RobotMotion {
             period_s,
             recorded_noise_m,
             noise_m: recorded_noise_m * if smoothed { noise_left } else { 1.0 },
-            noise_correlation: noise_correlation.unwrap_or_default(),
             smoothed,
             half_window_s,
             repeated: updates.repeated,
@@ -136,7 +128,6 @@ impl RobotMotion {
             trajectory: stops::path(times_s, &poses).map_err(Error::Trajectory)?,
             recorded_noise_m: 0.0,
             noise_m: 0.0,
-            noise_correlation: NoiseCorrelation::default(),
             smoothed: false,
             half_window_s: 0.0,
             repeated: 0,

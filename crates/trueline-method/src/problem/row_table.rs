@@ -60,11 +60,6 @@ impl RowTable {
         (0..self.len()).map(|row| self.of(row))
     }
 
-    /// All of them as the columns of a matrix.
-    pub(crate) fn columns(&self) -> DMatrixView<'_, f64> {
-        DMatrixView::from_slice(&self.values, self.width, self.len())
-    }
-
     /// Their number.
     pub(crate) fn len(&self) -> usize {
         self.values.len() / self.width.max(1)
@@ -93,7 +88,6 @@ mod tests {
         }
         let carried = table.in_root(&root);
         assert_eq!((carried.len(), carried.width()), (150, 2));
-        assert_eq!(carried.columns().column(149), carried.of(149));
         for (k, found) in carried.iter().enumerate() {
             let plain = root.transpose() * DVector::from_row_slice(&row(k));
             // Sums of three products of at most one.

@@ -1,10 +1,10 @@
 //! Tests whether the seam points' and the plates' answers of one scan agree.
 
-use nalgebra::{DMatrix, DVector};
+use crate::assess::share::{Share, ShareOf};
+use crate::problem::parameters::LINES;
+use crate::stripe::outcome::{AGREEMENT_SIGMAS, Answer};
+use nalgebra::{DMatrix, DVector, SVector};
 use trueline_lsq::Information;
-
-/// Answers that differ by more standard deviations than this disagree.
-pub(crate) const AGREEMENT_SIGMAS: f64 = 3.0;
 
 /// Distance of two answers as an equivalent number of standard deviations of a normal variable. d = Δᵀ C⁻¹ Δ is χ² with k degrees of freedom, one
 /// for each component. (d/k)^⅓ is nearly normal with mean 1 − 2/9k and variance 2/9k \[WilsonHilferty1931\]. `None` if nothing can be compared.
@@ -22,6 +22,72 @@ pub fn sigmas_apart(difference: &DVector<f64>, covariance: &DMatrix<f64>) -> Opt
     }
     let spread = 2.0 / (9.0 * k);
     Some((((whitened.norm_squared() / k).cbrt() - (1.0 - spread)) / spread.sqrt()).max(0.0))
+}
+
+/// Files have stamps of a nanosecond and lengths of nanometres. Smaller differences between answers are not resolved, s, rad and m.
+const ROUNDING_SI: f64 = 1e-9;
+
+/// Errors of an answer.
+pub(crate) struct Errors<'a> {
+    /// Covariance from noise.
+    pub noise: &'a DMatrix<f64>,
+    /// Systematic errors.
+    pub shares: &'a [Share],
+}
+
+/// Distance of the answers of seam points and stripes, σ, without the part that the plates' forms explain. `by_forms` is the shift of the seam
+/// points' answer from these forms, if the points are intersections of straight lines.
+pub(crate) fn unexplained(
+    seam: (&Answer, &Errors<'_>),
+    stripe: (&Answer, &Errors<'_>),
+    by_forms: impl Fn() -> Option<SVector<f64, LINES>>,
+) -> Option<f64> {
+    let disagree = |sigmas: &f64| *sigmas >= AGREEMENT_SIGMAS;
+    let plain = apart(seam, stripe, None);
+    let explained = plain.filter(disagree).and_then(|_| apart(seam, stripe, by_forms()));
+    explained.filter(|sigmas| !disagree(sigmas)).or(plain)
+}
+
+/// Distance of both answers over the clock and hand-eye components that both determine. Both share robot, sensor and detector. Of these errors only
+/// the difference of their effects counts.
+fn apart(
+    (seam, of_seam): (&Answer, &Errors<'_>),
+    (stripe, of_stripe): (&Answer, &Errors<'_>),
+    by_forms: Option<SVector<f64, LINES>>,
+) -> Option<f64> {
+    let seen = |answer: &Answer, k: usize| answer.observability.observable_components[k];
+    let both: Vec<usize> = (0..LINES).filter(|k| seen(seam, *k) && seen(stripe, *k)).collect();
+    let difference = stripe.parameters.minus(&seam.parameters.guess());
+    let chosen = DVector::from_iterator(both.len(), both.iter().map(|k| difference[*k]));
+    let by_errors = by_errors(of_seam.shares, of_stripe.shares);
+    let covariance = DMatrix::from_fn(both.len(), both.len(), |i, j| {
+        let place = (both[i], both[j]);
+        let rounding = if i == j { ROUNDING_SI * ROUNDING_SI } else { 0.0 };
+        let by_forms = by_forms.map_or(0.0, |moved| moved[place.0] * moved[place.1]);
+        of_seam.noise[place] + of_stripe.noise[place] + by_errors[place] + by_forms + rounding
+    });
+    sigmas_apart(&chosen, &covariance)
+}
+
+/// Covariance of the difference of two answers from their systematic errors. Equal errors of robot, detector and sensor move both.
+fn by_errors(seam: &[Share], stripe: &[Share]) -> DMatrix<f64> {
+    let mut alone: Vec<&Share> = stripe.iter().collect();
+    let mut all = DMatrix::zeros(LINES, LINES);
+    let mut add = |columns: DMatrix<f64>| all += &columns * columns.transpose();
+    for share in seam {
+        let own = share.columns.rows(0, LINES);
+        let is_common = |other: &&Share| {
+            let is_of_cell = !matches!(share.of, ShareOf::SeamForm | ShareOf::EdgeRadius | ShareOf::Stamps);
+            is_of_cell && other.of == share.of && other.columns.ncols() == share.columns.ncols()
+        };
+        let common = alone.iter().position(is_common).map(|place| alone.remove(place));
+        match common {
+            Some(other) => add(own - other.columns.rows(0, LINES)),
+            None => add(own.into_owned()),
+        }
+    }
+    alone.iter().for_each(|share| add(share.columns.rows(0, LINES).into_owned()));
+    all
 }
 
 #[cfg(test)]

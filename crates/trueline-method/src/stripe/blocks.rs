@@ -42,11 +42,3 @@ pub(crate) fn pair_of_block(residual: &SVector<f64, ROWS>, number: usize) -> Vec
     let first = rows_of(number).start;
     Vector2::new(residual[first], residual.get(first + 1).copied().unwrap_or(0.0))
 }
-
-/// The residuals of one block, and zero in all other rows.
-#[must_use]
-pub(crate) fn spread_of_block(pair: &Vector2<f64>, number: usize) -> SVector<f64, ROWS> {
-    let mut all = SVector::zeros();
-    rows_of(number).zip(pair.iter()).for_each(|(row, value)| all[row] = *value);
-    all
-}

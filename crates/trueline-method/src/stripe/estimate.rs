@@ -1,10 +1,12 @@
 //! Estimates from the plates beside the seam points, and selects the answer.
 
-use crate::assess::levels::SystematicLevels;
+use crate::adjustment::answer::{self, adjust_sights};
+use crate::adjustment::settings::Settings;
 use crate::assess::observability::RANK_THRESHOLD;
-use crate::assess::robot_field::RobotSigmas;
-use crate::assess::seam_error::{self, SeamErrorSources};
-use crate::assess::systematic::Systematic;
+use crate::assess::robot_accuracy::WORSE;
+use crate::assess::robot_field::OfRobot;
+use crate::assess::seam_error::{self, SharedError};
+use crate::assess::share::Share;
 use crate::config::{Measurements, ResidualKind};
 use crate::error::Error;
 use crate::error::no_plates::NoPlates;
@@ -15,9 +17,10 @@ use crate::input::skip::Skip;
 use crate::problem::parameters::{LINES, Parameters, TIME_OFFSET};
 use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
-use crate::stripe::agreement::{AGREEMENT_SIGMAS, sigmas_apart};
+use crate::stripe::agreement::{self, Errors};
 use crate::stripe::fit::{StripeFit, StripeSolver};
 use crate::stripe::flat_rank::AttitudeNoise;
+use crate::stripe::frame_residual::ROWS;
 use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
 use crate::stripe::outcome::{
@@ -25,22 +28,22 @@ use crate::stripe::outcome::{
 };
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::Planes;
+use crate::stripe::plate_sights::PlateSights;
 use crate::stripe::seam_of_straight_lines::moved_without_forms;
-use crate::stripe::shared_amplitudes::SharedAmplitudes;
-use crate::stripe::systematic::SharedErrors;
+use crate::stripe::state::StripeState;
 use crate::stripe::whitening::SharedNoise;
-use crate::stripe::{
-    as_seam, flat_rank, form, motion_information, planes, robot_accuracy, shown, start, systematic,
-    uncertainty,
-};
-use nalgebra::{DMatrix, DVector, SVector, Vector3};
+use crate::stripe::{as_seam, flat_rank, motion_information, planes, shown, start};
+use nalgebra::{DMatrix, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::Recording;
 use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 
+/// The answer of an adjustment of plates.
+type Adjusted = answer::Answer<StripeState, ROWS>;
+
 /// A finished estimate from seam points, with its inputs.
-pub struct SeamEstimate<'a> {
+pub(crate) struct SeamEstimate<'a> {
     /// The recording.
     pub recording: &'a Recording,
     /// Its seam points, with the stamps used.
@@ -55,18 +58,14 @@ pub struct SeamEstimate<'a> {
     pub answer: Answer,
     /// Its covariance from noise alone.
     pub noise: &'a DMatrix<f64>,
-    /// Sizes of the errors that it shares with its stripes.
-    pub amplitudes: SharedAmplitudes,
     /// Its systematic errors.
-    pub systematic: &'a Systematic,
-    /// Errors that seam points and stripes share.
-    pub shared: SharedErrors<'a>,
+    pub shares: &'a [Share],
+    /// What the stripes are adjusted with beside noise.
+    pub adjustment: Settings<'a>,
     /// The detector bias that was removed from its seam points.
     pub bias: Option<&'a TakenBias>,
-    /// Held components with their standard deviations, SI.
-    pub held_sigmas: &'a [(usize, f64)],
-    /// The assumed robot errors, where the residuals show larger ones; else `None`.
-    pub robot_taken: Option<RobotSigmas>,
+    /// Whether the residuals of the seam points show larger errors of the robot than the assumed ones.
+    pub robot_seems_worse: bool,
     /// Adds the uncertainty of the time offset from the stamps to a covariance.
     pub widened: &'a dyn Fn(DMatrix<f64>) -> DMatrix<f64>,
 }
@@ -75,7 +74,7 @@ pub struct SeamEstimate<'a> {
 ///
 /// # Errors
 /// The stripes were requested and cannot be used.
-pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error> {
+pub(crate) fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error> {
     let _stage = tracing::debug_span!("stripes", stripes = seam.recording.stripes.len()).entered();
     let asked = seam.settings.config.measurements;
     let wanted = match asked {
@@ -122,7 +121,6 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
     let because = match (is_asked, enough) {
         (true, _) => Because::Asked,
         (false, false) => Because::TooFewFrames,
-        (false, true) if seam.amplitudes.noise_lasts => Because::NoiseLasts,
         (false, true) => decided(&estimate),
     };
     let used =
@@ -146,8 +144,10 @@ fn skipped(
 
 fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEstimate, NoPlates> {
     let SeamEstimate { recording, observations, settings, .. } = *seam;
-    let like = &seam.answer.parameters;
-    let (times_s, shared) = (seam.robot_times_s, shared_noise(seam));
+    // A lagging robot is where it was commanded to be earlier: its path has the delay that the time offset of recorded poses contains.
+    let lag_s = seam.adjustment.lag_s;
+    let answer = &seam.answer.parameters;
+    let like = &Parameters { time_offset_s: answer.time_offset_s - lag_s, ..answer.clone() };
     let shape_prior = settings.shape_prior;
     let begin = start::start(observations, frames, like, like.shape)
         .map_err(|why| why.with_unusable(frames.unplaced()))?;
@@ -155,7 +155,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let solver = StripeSolver {
         observations,
         frames: &frames.list,
-        shared,
+        shared: shared_noise(seam),
         loss: settings.config.final_loss(),
         shape_prior,
         fixed: &fixed,
@@ -165,52 +165,56 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     if 2 * rejected > stripes {
         return Err(NoPlates::Scattered { rejected, stripes });
     }
-    let all = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
-    let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &all, *taken).is_none());
-    let about_s = motion_information::times_looked_at_s(&fit.problem, fit.state());
-    let halves = observations.robot.halves(recording, times_s, &about_s);
-    let pose_noise = pose_noise_information(&fit, halves.as_ref());
-    let information = motion_information::shown_by_motion(&fit, (&all, &pose_noise), &fixed);
-    let information = information.ok_or(NoPlates::NoPlane)?;
-    let attitudes = AttitudeNoise { sigma_rad: shared.robot_sigma_rad, factor: fit.noise_factor };
-    let seen = flat_rank::shown(&fit.problem, fit.state(), attitudes, &fixed);
-    let seen = seen.ok_or(NoPlates::NoPlane)?;
-    let noise = uncertainty::assess(&fit, (&information, &pose_noise), &shared).covariance
-        * seam.amplitudes.noise_variance;
-    let errors = errors(seam, &fit, &information);
-    let explained = Explained { taken, levels: seam.shared.levels };
-    let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
-        answer(seam, &fit, (&information, &seen), (&noise, &errors), &explained).ok_or(NoPlates::Parallel)?;
+    let (information, seen) = determined(seam, &fit, &fixed).ok_or(NoPlates::NoPlane)?;
+    let unseen = shown::both_null(&seen, &information);
+    let mut sights = PlateSights::of(&fit, unseen.clone());
+    let exposures_s = sights.exposures_s(fit.state().time_offset_s);
+    sights.halves = observations.robot.halves(recording, seam.robot_times_s, &exposures_s);
+    let own = Settings { fixed: &fixed, noise_factor: fit.noise_factor, ..seam.adjustment };
+    let adjusted = adjust_sights(sights, (fit.state(), shape_prior), &own, None);
+    let mut adjusted = adjusted.ok_or(NoPlates::NotConverged)?;
+    let Planes { plates: planes, angles, steps } =
+        planes::planes(observations, frames, &adjusted.at, (&adjusted.covariance(), &unseen));
+    adjusted.at.time_offset_s += lag_s;
+    let InSeam { answer: stripe, noise, shares, of_robot } =
+        in_seam(seam, &fit, &adjusted, (&information, &seen)).ok_or(NoPlates::Parallel)?;
     // Unobservable directions do not converge. The scan is refused for those.
     if stripe.seam_error.is_some() && !(fit.is_settled && fit.solution.termination.is_converged()) {
         return Err(NoPlates::NotConverged);
     }
-    let all = noise + explained.left_of(&errors).covariance();
-    let Planes { plates: planes, angles, steps } =
-        planes::planes(observations, frames, fit.state(), (&all, &shown::both_null(&seen, &information)));
-    let sigmas_apart = unexplained(seam, (frames, &fit), &stripe, (&noise_of_seam, &errors_of_seam));
+    let of_seam = Errors { noise: seam.noise, shares: seam.shares };
+    let errors = Errors { noise: &noise, shares: &shares };
+    let by_forms = || moved_without_forms((observations, settings), seam.fit, &frames.list, &adjusted.at);
+    let sigmas_apart = agreement::unexplained((&seam.answer, &of_seam), (&stripe, &errors), by_forms);
     Ok(StripeEstimate {
         planes,
         angles,
         steps,
         sigmas_apart,
         apart: in_lengths(observations, &seam.answer.parameters, &stripe.parameters),
-        noise_factor: fit.noise_factor,
+        noise_factor: adjusted.amplitudes.noise_times(),
         counts: fit.counts,
-        explains_robot: taken.is_some(),
+        explains_robot: seam.robot_seems_worse && adjusted.amplitudes.robot.is_none_or(|robot| robot < WORSE),
         seam: seam.answer.clone(),
         stripe,
+        of_robot,
     })
 }
 
-/// Systematic errors of the fit, with the sizes that the seam points show.
-fn errors(seam: &SeamEstimate<'_>, fit: &StripeFit<'_>, information: &Information) -> Systematic {
-    let (hessian, root) = (&fit.solution.equations.hessian, information.covariance_root());
-    let mut errors =
-        systematic::systematic(fit, information, &seam.shared).with_held(hessian, root, seam.held_sigmas);
-    errors.robot *= seam.amplitudes.robot;
-    errors.form = form::effect(fit, information, seam.amplitudes.form_sigma_m);
-    errors
+/// The information of the motion, and that of flat plates without the attitudes' noise. `None` if it has no directions.
+fn determined(
+    seam: &SeamEstimate<'_>,
+    fit: &StripeFit<'_>,
+    fixed: &[usize],
+) -> Option<(Information, Information)> {
+    let all = fit.information(fixed, RANK_THRESHOLD)?;
+    let about_s = motion_information::times_looked_at_s(&fit.problem, fit.state());
+    let halves = seam.observations.robot.halves(seam.recording, seam.robot_times_s, &about_s);
+    let pose_noise = pose_noise_information(fit, halves.as_ref());
+    let information = motion_information::shown_by_motion(fit, (&all, &pose_noise), fixed)?;
+    let sigma_rad = shared_noise(seam).robot_sigma_rad;
+    let attitudes = AttitudeNoise { sigma_rad, factor: fit.noise_factor };
+    Some((information, flat_rank::shown(&fit.problem, fit.state(), attitudes, fixed)?))
 }
 
 /// The noise that all stripes of a frame share.
@@ -228,88 +232,49 @@ fn pose_noise_information(fit: &StripeFit<'_>, halves: Option<&[Trajectory; 2]>)
     halves.map_or_else(|| DMatrix::zeros(size, size), |halves| motion_information::of_noise(fit, halves))
 }
 
-/// Whether the plates' forms explain apparent robot errors.
-struct Explained {
-    /// The assumed robot errors, if they do.
-    taken: Option<RobotSigmas>,
-    /// The apparent error levels.
-    levels: SystematicLevels,
-}
-
-impl Explained {
-    fn levels(&self) -> SystematicLevels {
-        SystematicLevels { robot: self.taken.unwrap_or(self.levels.robot), ..self.levels }
-    }
-
-    /// The errors with the assumed robot errors. Each mode has three columns of position and three of attitude.
-    fn left_of(&self, errors: &Systematic) -> Systematic {
-        let mut left = errors.clone();
-        let Some(taken) = self.taken else { return left };
-        let seems = self.levels.robot;
-        let part = |taken: f64, seems: f64| if seems > 0.0 { taken / seems } else { 1.0 };
-        let parts = [part(taken.position_m, seems.position_m), part(taken.attitude_rad, seems.attitude_rad)];
-        left.robot.column_iter_mut().enumerate().for_each(|(k, mut column)| column *= parts[k / 3 % 2]);
-        left
-    }
-}
-
 /// An answer converted to a seam, with the contributions of noise and of systematic errors.
 struct InSeam {
     answer: Answer,
     noise: DMatrix<f64>,
-    errors: Systematic,
+    shares: Vec<Share>,
+    of_robot: Option<OfRobot>,
 }
 
-/// The answer converted to a seam, from its information and observability.
-fn answer(
+/// The adjusted answer converted to a seam, with its information and observability.
+fn in_seam(
     seam: &SeamEstimate<'_>,
     fit: &StripeFit<'_>,
+    adjusted: &Adjusted,
     (information, seen): (&Information, &Information),
-    (noise, errors): (&DMatrix<f64>, &Systematic),
-    explained: &Explained,
 ) -> Option<InSeam> {
-    let parameters = as_seam::parameters(fit.state(), &seam.answer.parameters)?;
-    let slope = as_seam::slope(fit.state(), &seam.answer.parameters)?;
-    let carried = |columns: &DMatrix<f64>| &slope * columns;
-    let errors_of_seam = Systematic {
-        robot: carried(&errors.robot),
-        sensor: carried(&errors.sensor),
-        sensor_shape: errors.sensor_shape.clone(),
-        feature_bias: carried(&errors.feature_bias),
-        held: carried(&errors.held),
-        form: carried(&errors.form),
-    };
-    let errors_of_answer = explained.left_of(&errors_of_seam);
-    let noise_of_seam = &slope * noise * slope.transpose();
-    let noise_covariance = (seam.widened)(noise_of_seam.clone());
+    let parameters = as_seam::parameters(&adjusted.at, &seam.answer.parameters)?;
+    let slope = as_seam::slope(&adjusted.at, &seam.answer.parameters)?;
+    let carried = |share: &Share| Share { columns: &slope * &share.columns, ..share.clone() };
+    let shares: Vec<Share> = adjusted.shares.iter().map(carried).collect();
+    let noise = &slope * &adjusted.noise * slope.transpose();
+    let noise_covariance = (seam.widened)(noise.clone());
+    let stamps = &noise_covariance - &noise;
     let observability =
         shown::observability(&seam.answer.observability, fit, (information, seen), &parameters);
     let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
-    let model = &slope * information.covariance() * slope.transpose();
-    let sources = |hessian: &DMatrix<f64>| {
-        let sources = SeamErrorSources {
-            hessian,
-            fixed: seam.settings.fixed,
-            noise: &noise_of_seam,
-            stamps_variance_s2: noise_covariance[(TIME_OFFSET, TIME_OFFSET)]
-                - noise_of_seam[(TIME_OFFSET, TIME_OFFSET)],
-            systematic: &errors_of_answer,
-            levels: explained.levels(),
-            speed_m_s: seam.settings.config.used_at.speed_m_s,
-        };
-        let list = seam.fit.placed.of(seam.observations);
-        seam_error::predict(seam.observations, list, &parameters, &sources)
+    let sources = SharedError {
+        noise: &noise,
+        stamps_variance_s2: stamps[(TIME_OFFSET, TIME_OFFSET)],
+        shares: &shares,
+        levels: seam.adjustment.levels,
+        speed_m_s: seam.settings.config.used_at.speed_m_s,
     };
-    let hessian = Information::new(&model, seam.settings.fixed, 0.0).map(|inverse| inverse.covariance());
-    let seam_error = hessian.filter(|_| all_seen).and_then(|hessian| sources(&hessian));
+    let list = seam.fit.placed.of(seam.observations);
+    let seam_error = || seam_error::of_shares(seam.observations, list, &parameters, &sources);
     let answer = Answer {
-        covariance: &noise_covariance + errors_of_answer.covariance(),
+        seam_error: all_seen.then(seam_error).flatten(),
+        covariance: &slope * adjusted.covariance() * slope.transpose() + stamps,
         noise_covariance,
         observability,
-        seam_error,
         parameters,
     };
-    Some(InSeam { answer, noise: noise_of_seam, errors: errors_of_seam })
+    let of_robot = adjusted.of_robot().map(|robot| OfRobot { columns: &slope * robot.columns, ..robot });
+    Some(InSeam { answer, noise, shares, of_robot })
 }
 
 /// Distance of two answers: in time, and at the middle of the visible part.
@@ -321,45 +286,4 @@ fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters)
         time_offset_s: other.time_offset_s - one.time_offset_s,
         point_m: (in_tool(other) - in_tool(one)).norm(),
     }
-}
-
-/// Files have stamps of a nanosecond and lengths of nanometres. Smaller differences between answers are not resolved, s, rad and m.
-const ROUNDING_SI: f64 = 1e-9;
-
-/// Distance of the answers, σ, without the part that the plates' forms explain.
-fn unexplained(
-    seam: &SeamEstimate<'_>,
-    (frames, fit): (&StripeFrames, &StripeFit<'_>),
-    stripe: &Answer,
-    ends: (&DMatrix<f64>, &Systematic),
-) -> Option<f64> {
-    let disagree = |sigmas: &f64| *sigmas >= AGREEMENT_SIGMAS;
-    let plain = apart(seam, stripe, ends, None);
-    let by_forms =
-        || moved_without_forms((seam.observations, seam.settings), seam.fit, &frames.list, fit.state());
-    let explained = plain.filter(disagree).and_then(|_| apart(seam, stripe, ends, by_forms()));
-    explained.filter(|sigmas| !disagree(sigmas)).or(plain)
-}
-
-/// Distance of the seam points' and the stripes' answers over the clock and hand-eye components that both determine. Both share robot, sensor and
-/// detector. Of these errors only the difference of their effects counts. `by_forms` is the shift of the seam points' answer from the plates' forms,
-/// if the points are intersections of straight lines.
-fn apart(
-    seam: &SeamEstimate<'_>,
-    stripe: &Answer,
-    (noise, errors): (&DMatrix<f64>, &Systematic),
-    by_forms: Option<SVector<f64, LINES>>,
-) -> Option<f64> {
-    let seen = |answer: &Answer, k: usize| answer.observability.observable_components[k];
-    let both: Vec<usize> = (0..LINES).filter(|k| seen(&seam.answer, *k) && seen(stripe, *k)).collect();
-    let difference = stripe.parameters.minus(&seam.answer.parameters.guess());
-    let chosen = DVector::from_iterator(both.len(), both.iter().map(|k| difference[*k]));
-    let by_errors = errors.minus(seam.systematic, LINES).covariance();
-    let covariance = DMatrix::from_fn(both.len(), both.len(), |i, j| {
-        let place = (both[i], both[j]);
-        let rounding = if i == j { ROUNDING_SI * ROUNDING_SI } else { 0.0 };
-        let by_forms = by_forms.map_or(0.0, |moved| moved[place.0] * moved[place.1]);
-        seam.noise[place] + noise[place] + by_errors[place] + by_forms + rounding
-    });
-    sigmas_apart(&chosen, &covariance)
 }

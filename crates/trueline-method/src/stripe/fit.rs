@@ -5,7 +5,6 @@ use crate::input::shape_prior::ShapePrior;
 use crate::stripe::frames::StripeFrame;
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::problem::StripeProblem;
-use crate::stripe::robust_moments::RobustMoments;
 use crate::stripe::state::StripeState;
 use crate::stripe::whitening::{SharedNoise, Weighed, weigh};
 use trueline_lsq::{Information, Loss, Solution, SolveError, SolveOptions, solve};
@@ -35,8 +34,6 @@ pub struct StripeFit<'a> {
     pub counts: OutlierCounts,
     /// Whether the weights have settled.
     pub is_settled: bool,
-    /// Effect of the loss on the covariance.
-    pub moments: RobustMoments,
 }
 
 /// Inputs of a fit.
@@ -64,8 +61,8 @@ impl<'a> StripeSolver<'a> {
     pub(crate) fn fit(&self, start: StripeState) -> Result<StripeFit<'a>, SolveError> {
         let (round, state, is_settled) = self.settled(start)?;
         let solution = self.solved(&round, state, FINE)?;
-        let Round { problem, noise_factor, counts, moments } = round;
-        Ok(StripeFit { problem, solution, noise_factor, counts, is_settled, moments })
+        let Round { problem, noise_factor, counts } = round;
+        Ok(StripeFit { problem, solution, noise_factor, counts, is_settled })
     }
 
     /// The problem with converged weights, its optimum, and whether the weights converged.
@@ -87,7 +84,7 @@ impl<'a> StripeSolver<'a> {
 
     /// The problem with the weights at a state.
     fn weighed(&self, state: &StripeState) -> Round<'a> {
-        let Weighed { frames, counts, factor, moments } =
+        let Weighed { frames, counts, factor } =
             weigh(self.observations, self.frames, state, &self.shared, &self.loss);
         let problem = StripeProblem {
             observations: self.observations,
@@ -95,7 +92,7 @@ impl<'a> StripeSolver<'a> {
             unknowns: state.unknowns(),
             shape_prior: self.shape_prior,
         };
-        Round { problem, noise_factor: factor, counts, moments }
+        Round { problem, noise_factor: factor, counts }
     }
 
     fn solved(
@@ -115,7 +112,6 @@ struct Round<'a> {
     problem: StripeProblem<'a>,
     noise_factor: f64,
     counts: OutlierCounts,
-    moments: RobustMoments,
 }
 
 impl StripeFit<'_> {

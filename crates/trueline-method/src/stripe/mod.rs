@@ -4,7 +4,7 @@
 //! residuals. If the plates do not meet, the edge point is a fifth. The seam is the intersection of the plates.
 //!
 //! ```text
-//! Recording::stripes ─frames─▶ StripeFrame ─problem─▶ StripeProblem ─fit─▶ StripeFit ─as_seam─▶ Parameters of the seam
+//! Recording::stripes ─frames─▶ StripeFrame ─problem─▶ StripeProblem ─fit─▶ StripeFit ─plate_sights─▶ adjustment ─as_seam─▶ Parameters of the seam
 //! ```
 //!
 //! Seam error, verdict and report follow as for seam points.
@@ -16,7 +16,6 @@ pub mod corners;
 pub mod estimate;
 pub mod fit;
 pub mod flat_rank;
-pub(crate) mod form;
 pub mod frame_residual;
 pub(crate) mod frame_sums;
 pub mod frames;
@@ -25,17 +24,16 @@ pub mod motion_information;
 pub mod outcome;
 pub mod outlier_counts;
 pub mod planes;
+pub(crate) mod plate_sights;
 pub mod problem;
-pub(crate) mod robot_accuracy;
-pub(crate) mod robust_moments;
 pub(crate) mod seam_of_straight_lines;
-pub mod shared_amplitudes;
 pub(crate) mod shown;
 pub mod start;
 pub mod state;
-pub mod systematic;
 pub mod target;
-pub mod uncertainty;
 pub mod unknowns;
 pub mod weighed_frame;
 pub mod whitening;
+
+#[cfg(test)]
+mod sight_tests;

@@ -1,16 +1,19 @@
 //! Result of the whole-stripe estimate, and whether it or the seam points' result is reported.
 
 use crate::assess::observability::Observability;
+use crate::assess::robot_field::OfRobot;
 use crate::assess::seam_error::SeamError;
 use crate::config::Measurements;
 use crate::error::no_plates::NoPlates;
 use crate::input::skip::Skip;
 use crate::problem::parameters::Parameters;
-use crate::stripe::agreement::AGREEMENT_SIGMAS;
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
+
+/// Answers that differ by more standard deviations than this disagree.
+pub(crate) const AGREEMENT_SIGMAS: f64 = 3.0;
 
 /// Minimum fraction of frames with both plates visible for stripes to be used by default.
 pub const LEAST_WITH_BOTH: f64 = 0.8;
@@ -27,8 +30,6 @@ pub enum Because {
     Agreement,
     /// Both agree, but the stripes' seam error is more than 1.25 times that of the seam points.
     KnowsLess,
-    /// Most of the noise is correlated between frames. The seam points are adjusted with that, and the stripes are not.
-    NoiseLasts,
     /// The hand-eye transform is not fully observable from the stripes.
     ShowsLess,
     /// They do not agree.
@@ -49,7 +50,6 @@ impl Because {
             Self::Asked => "asked",
             Self::Agreement => "agreement",
             Self::KnowsLess => "knows-less",
-            Self::NoiseLasts => "noise-lasts",
             Self::ShowsLess => "shows-less",
             Self::Disagreement => "disagreement",
             Self::TooFewFrames => "too-few-frames",
@@ -102,6 +102,8 @@ pub struct StripeEstimate {
     pub seam: Answer,
     /// Answer of the stripes.
     pub stripe: Answer,
+    /// The part of the robot's errors in it; `None` of an ideal robot.
+    pub of_robot: Option<OfRobot>,
 }
 
 /// Distance of two answers.

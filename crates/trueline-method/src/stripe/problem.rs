@@ -34,13 +34,6 @@ impl StripeProblem<'_> {
         let placement = weighed.placement(self.observations, at)?;
         linearize_frame(self.observations, &weighed.frame, at, &placement)
     }
-
-    /// The prior's contribution to the normal equations at a state.
-    pub(crate) fn known_beforehand(&self, at: &StripeState) -> NormalEquations {
-        let mut known = NormalEquations::zeros(self.unknowns.dimension());
-        at.known(self.shape_prior.as_ref()).add_to(&mut known);
-        known
-    }
 }
 
 impl LeastSquares for StripeProblem<'_> {

@@ -14,7 +14,6 @@ use crate::stripe::frame_residual::{
 };
 use crate::stripe::frames::{Sight, StripeFrame};
 use crate::stripe::outlier_counts::OutlierCounts;
-use crate::stripe::robust_moments::{Pull, RobustMoments};
 use crate::stripe::state::StripeState;
 use crate::stripe::target::EDGE;
 use crate::stripe::weighed_frame::{PoseError, WeighedFrame};
@@ -38,8 +37,6 @@ pub struct Weighed {
     pub counts: OutlierCounts,
     /// The estimated noise factor.
     pub factor: f64,
-    /// Effect of the loss on a covariance.
-    pub moments: RobustMoments,
 }
 
 /// Median of χ²₁.
@@ -74,8 +71,7 @@ pub fn weigh(
     let factor = noise_factor(&of_plates).max(LEAST_FACTOR);
     let rougher = edge_factor(&edges(&placed, &expected), factor);
     let scaled = SharedNoise { levels: NoiseLevels { factor, ..shared.levels }, ..*shared };
-    let moments = RobustMoments::default();
-    let mut all = Weighed { frames: Vec::with_capacity(placed.len()), counts, factor, moments };
+    let mut all = Weighed { frames: Vec::with_capacity(placed.len()), counts, factor };
     for (frame, parts) in &placed {
         let covariance = covariance(frame, parts, &scaled, rougher);
         let squared = squares(frame, parts, &covariance, rougher);
@@ -85,11 +81,6 @@ pub fn weigh(
         }
         let own = [0, 1, 2].map(|block| Some(own(frame, parts, block, rougher)? * factor.powi(2)));
         if let Some((whitener, rows)) = whitener(&own, &covariance, weights) {
-            let pulls = [0, 1, 2].map(|block| {
-                let slope = loss.weight_slope(squared[block]?);
-                (weights[block] > 0.0).then_some(Pull { own: own[block]?, weight: weights[block], slope })
-            });
-            all.moments.add(&covariance, &whitener, &parts.residual, &pulls);
             let pose_error = pose_error(observations, frame, (parts, &whitener), at, &scaled);
             let pose_error = pose_error.unwrap_or(PoseError::NONE);
             all.frames.push(WeighedFrame { frame: **frame, whitener, rows, pose_error });

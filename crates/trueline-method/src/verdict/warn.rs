@@ -10,8 +10,8 @@ use super::quantity::{Axis, Quantity};
 use super::reject::turn_is_undetermined;
 use super::stream_name::StreamName;
 use super::warning::Warning;
-use crate::adjustment::answer::LAG_SIGMA_S;
 use crate::adjustment::error_sizes::Amplitudes;
+use crate::adjustment::expected::LAG_SIGMA_S;
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
@@ -23,7 +23,7 @@ use crate::hypotheses::ambiguity::RivalAnswer;
 use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
-use crate::stripe::agreement::AGREEMENT_SIGMAS;
+use crate::stripe::outcome::AGREEMENT_SIGMAS;
 use crate::stripe::outcome::{Because, StripeOutcome};
 
 /// A decision by the user's statement. Time offsets refer to the recorded stamps.

@@ -1,6 +1,6 @@
 //! Records of the models that were tried for a scan over a curve.
 
-use crate::assess::seam_error::{Share, ShareOf};
+use crate::assess::share::{Share, ShareOf};
 use crate::curve::answer::Answered;
 use crate::findings::Findings;
 use crate::models::{Because, Block, ModelTried, Role, SeamModel};

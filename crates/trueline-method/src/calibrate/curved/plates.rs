@@ -1,6 +1,6 @@
 //! The plates beside a curve: whether their stripes or the seam points give the answer.
 
-use crate::assess::seam_error::Share;
+use crate::assess::share::Share;
 use crate::calibrate::curved::scan::Scan;
 use crate::config::{Config, Measurements};
 use crate::curve::answer::Answered;
@@ -13,9 +13,9 @@ use crate::curve::with_plates::WithPlates;
 use crate::error::Error;
 use crate::error::no_plates::NoPlates;
 use crate::findings::ClockFindings;
-use crate::stripe::agreement::{AGREEMENT_SIGMAS, sigmas_apart};
+use crate::stripe::agreement::sigmas_apart;
 use crate::stripe::frames::{Sight, StripeFrames, Support, frames};
-use crate::stripe::outcome::{Answer, Apart, Because, StripeEstimate, StripeOutcome};
+use crate::stripe::outcome::{AGREEMENT_SIGMAS, Answer, Apart, Because, StripeEstimate, StripeOutcome};
 use crate::stripe::outlier_counts::OutlierCounts;
 use nalgebra::{DMatrix, DVector, Vector3};
 use trueline_dataset::{Guess, Recording};
@@ -166,6 +166,7 @@ impl Scan {
         };
         let counts = OutlierCounts { stripes, rejected_stripes: rejected, ..OutlierCounts::default() };
         Ok(StripeEstimate {
+            of_robot: None,
             planes: Vec::new(),
             angles: Vec::new(),
             steps: Vec::new(),

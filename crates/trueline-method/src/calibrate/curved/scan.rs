@@ -3,8 +3,9 @@
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
 use crate::assess::levels::SystematicLevels;
 use crate::assess::residuals::{self, FeatureResidual};
-use crate::assess::seam_error::{self, SeamError, Share, SharedError};
+use crate::assess::seam_error::{self, SeamError, SharedError};
 use crate::assess::sensor_shape::SensorShape;
+use crate::assess::share::Share;
 use crate::calibrate::curved::checks::{ambiguity, observability};
 use crate::calibrate::curved::models::models;
 use crate::calibration::Calibration;

@@ -1,7 +1,7 @@
 //! Considered errors beside a curve, and a removed drift.
 
 use super::*;
-use crate::assess::seam_error::ShareOf;
+use crate::assess::share::ShareOf;
 use crate::config::PartMoves;
 use crate::curve::considered::{EdgeError, ShapeError};
 use crate::curve::moved::Moves;
