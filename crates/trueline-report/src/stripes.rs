@@ -198,7 +198,7 @@ fn side_by_side(c: &Calibration, estimate: &StripeEstimate) -> String {
         seen.then(|| variance().sqrt().to_degrees())
     };
     let error = |answer: &Answer| match &answer.seam_error {
-        Some(error) => format!("± {}", mm(error.scan_alone_m())),
+        Some(error) => format!("± {}", mm(error.rms_m)),
         None => "not determined".to_owned(),
     };
     let turn = |answer: &Answer| match rotation(answer) {
@@ -217,7 +217,7 @@ fn side_by_side(c: &Calibration, estimate: &StripeEstimate) -> String {
         None => "they cannot be compared".to_owned(),
     };
     format!(
-        "{}; time offset {} and {}, rotation {} and {}, seam error from the scan alone {} and {}",
+        "{}; time offset {} and {}, rotation {} and {}, seam error {} and {}",
         apart,
         offset_ms(&estimate.seam),
         offset_ms(&estimate.stripe),
