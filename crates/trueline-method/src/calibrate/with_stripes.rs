@@ -5,7 +5,6 @@ use crate::assess::levels::SystematicLevels;
 use crate::assess::robot_field::RobotField;
 use crate::assess::seam_point_error;
 use crate::assess::share::Share;
-use crate::axes::finding::sigmas_before;
 use crate::calibrate::answered::{Answered, with_sensor};
 use crate::calibrate::concluded::Concluded;
 use crate::calibrate::lagging::JOINT_LAGS_S;
@@ -40,7 +39,7 @@ pub(crate) fn add_stripes(
 ) -> Result<(), Error> {
     let robot_times_s = from.sampling.robot_times_s(from.dejittered);
     let unknowns = &findings.unknowns;
-    let (held_sigmas, axis_sigmas) = (from.held_sigmas(), sigmas_before(from.recording));
+    let held_sigmas = from.held_sigmas();
     let amplitudes = findings.fit.amplitudes.as_ref();
     let lag_s = amplitudes.map_or(0.0, |found| found.lag_s);
     let lagging = lagging(&from.assessed.drift_free.observations, lag_s);
@@ -69,7 +68,7 @@ pub(crate) fn add_stripes(
             field: errors.field.as_ref(),
             // An edge point lies in the light of its stripe, whatever the radius of the edge is.
             levels: SystematicLevels { robot: from.robot_taken, edge_radius_m: 0.0, ..from.levels },
-            ..from.adjustment(&held_sigmas, &axis_sigmas)
+            ..from.adjustment(&held_sigmas, &[])
         },
         bias: from.bias.as_ref(),
         robot_seems_worse: from.robot_seems.is_some(),

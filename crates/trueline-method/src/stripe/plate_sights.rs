@@ -16,7 +16,7 @@ use crate::stripe::state::StripeState;
 use crate::stripe::target::EDGE;
 use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, OFFSET_OF_PLANE, StripeUnknowns, local_of_surface};
 use crate::stripe::weighed_frame::WeighedFrame;
-use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix3xX, OMatrix, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Const, DMatrix, DVector, Dyn, OMatrix, SMatrix, SVector, Vector2, Vector3};
 use std::ops::Range;
 use trueline_geometry::{Pose, Trajectory, so3};
 use trueline_model::{Placement, SheetShape};
@@ -124,11 +124,8 @@ impl<'a> PlateSights<'a> {
             by_shift,
             by_turn,
             by_bias: self.by_bias(weighed, (&parts, &placement), at),
-            by_axes: self.by_axes(
-                (&by_shift, &by_turn),
-                &placement,
-                weighed.frame.stamp_s - at.time_offset_s,
-            )?,
+            // With external axes only seam points are used.
+            by_axes: OMatrix::zeros_generic(Const, Dyn(0)),
             by_lag: by_shift * shift + by_turn * turn,
             by_form: std::array::from_fn(|surface| whitener * heights(&gradients, surface)),
             along_m,
@@ -197,31 +194,6 @@ impl<'a> PlateSights<'a> {
             by_bias.fixed_columns_mut::<2>(2 * axis).copy_from(&(by_px * in_sensor[axis]));
         }
         by_bias
-    }
-
-    /// The motion of the joint by each number of the axes is a rigid one. It is that of the tool's origin and of three points about it.
-    fn by_axes(
-        &self,
-        (by_shift, by_turn): (&SMatrix<f64, ROWS, 3>, &SMatrix<f64, ROWS, 3>),
-        placement: &Placement,
-        exposure_s: f64,
-    ) -> Option<OMatrix<f64, Const<ROWS>, Dyn>> {
-        let Some(axes) = &self.problem.observations.robot.axes else {
-            return Some(OMatrix::zeros_generic(Const, Dyn(0)));
-        };
-        let origin = placement.base_from_tool.translation.vector;
-        let moved = |at: Vector3<f64>| axes.d_point(&placement.base_from_tool, &at, exposure_s);
-        let shift = moved(origin)?;
-        let [x, y, z] =
-            [moved(origin + Vector3::x())?, moved(origin + Vector3::y())?, moved(origin + Vector3::z())?];
-        let turn = |k: usize| {
-            let by = |moved: &Matrix3xX<f64>| moved.column(k) - shift.column(k);
-            let (x, y, z) = (by(&x), by(&y), by(&z));
-            // ω × x has the components (0, ω_z, −ω_y).
-            0.5 * Vector3::new(y.z - z.y, z.x - x.z, x.y - y.x)
-        };
-        let column = |k: usize| by_shift * shift.column(k) + by_turn * turn(k);
-        Some(OMatrix::from_columns(&(0..shift.ncols()).map(column).collect::<Vec<_>>()))
     }
 }
 
