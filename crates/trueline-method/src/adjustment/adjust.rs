@@ -46,7 +46,7 @@ pub(crate) struct Adjustment<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LO
     pub columns: Columns<S::State>,
     /// The unknowns.
     pub at: S::State,
-    /// Directions of the tangent that the scan does not determine, one a column, each of the length of one standard deviation in which it is held.
+    /// Directions of the tangent that the scan does not determine, one a column. Each is held, and its length is the root of that information.
     pub unseen: DMatrix<f64>,
     /// The coefficients of the blocks; zero for the unknowns.
     pub coefficients: DVector<f64>,

@@ -55,12 +55,6 @@ impl<const ROWS: usize> Amplitudes<ROWS> {
             || (self.robot_is_worst && self.robot_m > WORST_SHIFT_M)
     }
 
-    /// Whether the correlated noise is as large as the white noise in either direction.
-    #[must_use]
-    pub fn noise_lasts(&self) -> bool {
-        self.lasting.iter().any(|noise| noise.lasting() >= 1.0)
-    }
-
     /// Total noise relative to the expected noise, in the direction where it is larger.
     #[must_use]
     pub fn noise_times(&self) -> f64 {

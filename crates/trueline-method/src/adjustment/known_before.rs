@@ -14,7 +14,7 @@ pub(crate) struct KnownBefore<'a, P> {
     pub free: &'a [usize],
     /// Prior of the sensor's shape, if it is estimated.
     pub shape_prior: Option<&'a ShapePrior>,
-    /// Directions that the scan does not determine, each of the length of its root information.
+    /// Directions that the scan does not determine. The length of each is the root of the information by which it is held.
     pub unseen: &'a DMatrix<f64>,
 }
 
