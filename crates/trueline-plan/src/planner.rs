@@ -366,7 +366,7 @@ impl Designs<'_> {
         let by_sigmas = ask.goal.smooth_score(&covariance).max(by_axes);
         let score = match &ask.seam {
             Some(goal) => {
-                let left_m = measured.seam_error_m(goal, cell, &sights, &seen_by);
+                let left_m = measured.seam_error_m(goal, cell, &sights);
                 left_m.map(|left_m| ask.seam_score(left_m / goal.wanted_m, by_sigmas))
             }
             None => Some(by_sigmas),
@@ -391,7 +391,7 @@ impl Designs<'_> {
         let by_sigmas = ask.goal.score(&prediction.covariance).max(by_axes);
         let score = match &ask.seam {
             Some(goal) => {
-                let left_m = measured.seam_error_m(goal, cell, &sights, &seen_by)?;
+                let left_m = measured.seam_error_m(goal, cell, &sights)?;
                 ask.seam_score(left_m / goal.wanted_m, by_sigmas)
             }
             None => by_sigmas,

@@ -1,8 +1,7 @@
 //! A required seam error, and that of a path: fast enough for a search; the rehearsal then confirms it.
 //!
 //! Unknowns are time offset, hand-eye, line and bow (or the planes of plates and edge and their forms). With a prior they
-//! include the sensor's five numbers of shape and the six of the feature's bias with the tilt. In stripes the estimator does
-//! not estimate that bias, so the rest of it moves the estimate there. The robot's errors are a Gaussian process over the
+//! include the sensor's five numbers of shape and the six of the feature's bias with the tilt. The robot's errors are a Gaussian process over the
 //! poses that is not estimated: it moves the estimate \[Schmidt1966\]. So does the radius of an edge, because the detector
 //! finds its outermost point. The seam error is the root mean square over the field that the scan visits, as in
 //! `trueline_method::assess::seam_error`.
@@ -15,7 +14,7 @@ use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use trueline_dataset::{Sensor, SensorSetup};
 use trueline_geometry::so3;
 use trueline_method::assess::robot_field::{RobotSigmas, alike};
-use trueline_method::assess::tilt_bias::{BIAS, TiltBias};
+use trueline_method::assess::tilt_bias::TiltBias;
 use trueline_method::config::ASSUMED_EDGE_RADIUS_M;
 use trueline_method::input::shape_knowledge::ShapeCovariance;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
@@ -40,8 +39,6 @@ pub struct SeamGoal {
 
 /// Robot errors change slowly along a path: about this many of a search's frames are used.
 const ROBOT_POSES: usize = 36;
-/// Covariance of the remaining bias, px per 10° of tilt.
-pub(crate) type BiasLeft = SMatrix<f64, BIAS, BIAS>;
 /// Points of the field along each axis.
 const GRID: usize = 3;
 /// Part of the points that may lie beyond either end of the field.
@@ -57,28 +54,23 @@ impl SeamGoal {
     }
 
     /// The remaining seam error of frames, m; `None` if something is not determined at all. A is N and the coefficients of the
-    /// bias. With stripes the remainder of the bias moves the estimate; with seam points the bias is estimated.
+    /// bias.
     #[must_use]
     pub(crate) fn left_m<const ROWS: usize, const N: usize, const A: usize>(
         &self,
         cell: &Cell,
         sights: &PredictedFrames,
         evidence: &Evidence<ROWS, N>,
-        bias_left: Option<BiasLeft>,
     ) -> Option<f64> {
         let seen = self.seen::<ROWS, N, A>(sights, evidence);
         let mut information = self.told(evidence, &seen)?;
-        let by_bias = information.fixed_columns::<BIAS>(N).into_owned();
-        let known = if bias_left.is_some() { HELD } else { self.known_of_bias() };
-        (N..A).for_each(|k| information[(k, k)] += known);
+        (N..A).for_each(|k| information[(k, k)] += self.known_of_bias());
         let covariance = inverse(&information)?;
         let field = self.field(cell, sights, evidence)?;
         let noise = (field * covariance).trace();
         let spread = covariance * field * covariance;
-        let moved = bias_left.map_or(0.0, |left| (by_bias.transpose() * spread * by_bias * left).trace());
-        let edge =
-            if bias_left.is_some() { 0.0 } else { self.by_edge(cell, sights, evidence, &seen, &spread)? };
-        Some((noise + moved + edge + self.by_robot(&seen, &spread)).max(0.0).sqrt())
+        let edge = self.by_edge(cell, sights, evidence, &seen, &spread)?;
+        Some((noise + edge + self.by_robot(&seen, &spread)).max(0.0).sqrt())
     }
 
     /// Contribution of the edge's radius: the detector's point lies on the side of the sensor, away from the mean of the
@@ -91,6 +83,9 @@ impl SeamGoal {
         seen: &[Seen<ROWS, A>],
         spread: &SMatrix<f64, A, A>,
     ) -> Option<f64> {
+        if self.edge_radius_m == 0.0 {
+            return Some(0.0);
+        }
         let along = cell.seam.direction()?.into_inner();
         let view = |frame: &FrameRows<ROWS, N>| {
             let sight = &sights.list[frame.sight];
@@ -110,17 +105,6 @@ impl SeamGoal {
             pushed += seen.columns.transpose() * column * seen.weight;
         }
         Some(pushed.dot(&(spread * pushed)))
-    }
-
-    /// Remaining variance of the bias with seam points; `None` if something is not determined at all.
-    pub(crate) fn bias_left<const ROWS: usize, const N: usize, const A: usize>(
-        &self,
-        sights: &PredictedFrames,
-        points: &Evidence<ROWS, N>,
-    ) -> Option<BiasLeft> {
-        let mut information = self.told(points, &self.seen::<ROWS, N, A>(sights, points))?;
-        (N..A).for_each(|k| information[(k, k)] += self.known_of_bias());
-        Some(inverse(&information)?.fixed_view::<BIAS, BIAS>(N, N).into_owned())
     }
 
     /// Prior information of each number of the bias: one over its variance.

@@ -118,33 +118,17 @@ impl Measured {
     }
 
     /// The remaining seam error of a goal, m; `None` if something is not determined at all.
-    pub(crate) fn seam_error_m(
-        &self,
-        goal: &SeamGoal,
-        cell: &Cell,
-        sights: &PredictedFrames,
-        seen_by: &[SeenBy],
-    ) -> Option<f64> {
-        let bias_left = || {
-            let points = seam_points(cell, sights, seen_by);
-            goal.bias_left::<2, LOCAL_ALL, POINTS_AND_BIAS>(sights, &points)
-        };
+    pub(crate) fn seam_error_m(&self, goal: &SeamGoal, cell: &Cell, sights: &PredictedFrames) -> Option<f64> {
+        // The edge of a stripe is where two fitted lines cross, whatever its radius is.
+        let sharp = SeamGoal { edge_radius_m: 0.0, ..goal.clone() };
         match self {
-            Self::SeamPoints(points) => {
-                goal.left_m::<2, LOCAL_ALL, POINTS_AND_BIAS>(cell, sights, points, None)
+            Self::SeamPoints(points) => goal.left_m::<2, LOCAL_ALL, POINTS_AND_BIAS>(cell, sights, points),
+            Self::Meeting(stripes) => {
+                sharp.left_m::<MEETING_ROWS, MEETING_ALL, MEETING_AND_BIAS>(cell, sights, stripes)
             }
-            Self::Meeting(stripes) => goal.left_m::<MEETING_ROWS, MEETING_ALL, MEETING_AND_BIAS>(
-                cell,
-                sights,
-                stripes,
-                Some(bias_left()?),
-            ),
-            Self::Edged(stripes) => goal.left_m::<EDGED_ROWS, EDGED_ALL, EDGED_AND_BIAS>(
-                cell,
-                sights,
-                stripes,
-                Some(bias_left()?),
-            ),
+            Self::Edged(stripes) => {
+                sharp.left_m::<EDGED_ROWS, EDGED_ALL, EDGED_AND_BIAS>(cell, sights, stripes)
+            }
         }
     }
 }
