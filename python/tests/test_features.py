@@ -214,8 +214,8 @@ def test_stripes_of_a_recording_go_out_and_in(tmp_path: Path) -> None:
     seam = trueline.calibrate(*arrays, sensor=scan.sensor, stripes=stripes, use="seam")
     assert again.accepted and len(again.planes) == 2
     assert not seam.planes
-    # Two plates know more than the point in which they meet.
-    assert np.all(again.sigma_noise.translation_m < seam.sigma_noise.translation_m)
+    # Two plates know more than the point in which they meet, all errors counted.
+    assert np.all(np.less(again.sigma.translation_m, seam.sigma.translation_m))
     with pytest.raises(trueline.TruelineError, match="no plates|stripes"):
         trueline.calibrate(*arrays, sensor=scan.sensor, use="stripe")
     bad = trueline.Stripes(stripes.times_s, stripes.plate, stripes.points, -np.asarray(stripes.sigma))

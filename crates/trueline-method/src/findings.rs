@@ -83,22 +83,26 @@ impl Findings {
         self.fit.residuals.rms_px.is_none().then(|| self.config.length_per_px_m())
     }
 
-    /// Outliers among the measurements: the seam points, or the stripes if those were used and have more outliers.
+    /// Outliers among the measurements of the answer: the stripes, or the seam points if those are used. Beside bowed plates correct seam points are
+    /// off the seam where the plates seem to meet.
     #[must_use]
     pub(crate) fn outliers(&self) -> Outliers {
         let ResidualSummary { outliers, used, .. } = self.fit.residuals;
-        let of_seam = Outliers { count: outliers, of: used };
-        let of_stripes = self.used_stripes().map(|estimate| estimate.counts.outliers());
-        of_stripes.filter(|stripes| stripes.share() > of_seam.share()).unwrap_or(of_seam)
-    }
-
-    /// Outliers among the measurements of the answer over a curve: the stripes, or the seam points if those are used. Beside bowed plates correct seam
-    /// points are off the curve where the plates seem to meet.
-    #[must_use]
-    pub(crate) fn outliers_over_curve(&self) -> Outliers {
-        let ResidualSummary { outliers, used, .. } = self.fit.residuals;
         let of_stripes = self.used_stripes().map(|estimate| estimate.counts.outliers());
         of_stripes.unwrap_or(Outliers { count: outliers, of: used })
+    }
+
+    /// Estimated errors that are not noise, of the answer. `None` if it was not adjusted with them.
+    #[must_use]
+    pub fn errors_found(&self) -> Option<&Amplitudes> {
+        let of_stripes = self.used_stripes().and_then(|estimate| estimate.adjustment.as_ref());
+        of_stripes.map(|stripes| &stripes.amplitudes).or(self.fit.amplitudes.as_ref())
+    }
+
+    /// The same if the seam points were adjusted too. Where a cell states an exact seam, they are judged by noise alone.
+    #[must_use]
+    pub(crate) fn adjusted(&self) -> Option<&Amplitudes> {
+        self.fit.amplitudes.as_ref().and_then(|_| self.errors_found())
     }
 
     /// Noise factor of the stripes, if the answer was computed from them.
@@ -216,7 +220,7 @@ pub struct FitFindings {
     pub noise_factor: f64,
     /// Whether they are correlated.
     pub structure: Structure,
-    /// Estimated systematic errors, if the answer was adjusted with them.
+    /// Estimated systematic errors of the seam points, if their answer was adjusted with them.
     pub amplitudes: Option<Amplitudes>,
     /// Ratio of the least certain rotation's uncertainty to that from the curvature at the optimum. `None` if they agree.
     pub widened_by: Option<f64>,

@@ -1,5 +1,7 @@
 //! Records of the fitted models of a scan, with the reason that each is or is not the answer.
 
+use crate::config::Measurements;
+
 /// Treatment of a group of unknowns in a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
@@ -64,6 +66,8 @@ pub enum Because {
     ResidualsShowLag,
     /// The residuals show its lens. The answer keeps the stated lens, and the corrected file has this one.
     ResidualsShowLens,
+    /// It is of other measurements of the same scan: of the seam points where the stripes give the answer, or of the stripes.
+    OtherMeasurements,
     /// It is a straight line with a bow. A curve explains the scan better.
     LineRefused,
     /// It is a curve and explains a scan that no line explains. It is the answer.
@@ -83,6 +87,7 @@ impl Because {
             Self::TestsLag => "tests-lag",
             Self::ResidualsShowLag => "residuals-show-lag",
             Self::ResidualsShowLens => "residuals-show-lens",
+            Self::OtherMeasurements => "other-measurements",
             Self::LineRefused => "line-refused",
             Self::CurveExplains => "curve-explains",
             Self::CurveNoBetter => "curve-no-better",
@@ -178,11 +183,13 @@ impl SeamModel {
     }
 }
 
-/// A model fitted to the seam points of a scan.
+/// A model fitted to a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelTried {
     /// Reason.
     pub because: Because,
+    /// Measurements that it was fitted to: seam points, stripes, or both.
+    pub measurements: Measurements,
     /// The role of each block, in the order of [`Block::ALL`].
     pub roles: [Role; Block::ALL.len()],
     /// Form of the seam.
@@ -191,8 +198,8 @@ pub struct ModelTried {
     pub clock: Clock,
     /// Lag of the robot behind its recorded poses, s.
     pub robot_lag_s: f64,
-    /// Log likelihood of all features and of the prior at the best fit, up to a constant. For an adjustment it is the restricted likelihood. Models
-    /// of one kind with the same features and stamps can be compared by it.
+    /// Log likelihood of all measurements and of the prior at the best fit, up to a constant. For an adjustment it is the restricted likelihood.
+    /// Models of one kind with the same measurements and stamps can be compared by it.
     pub log_evidence: f64,
     /// Noise factor: residuals divided by the expected noise.
     pub noise_factor: f64,
@@ -209,6 +216,19 @@ impl ModelTried {
     /// The same with other roles for some blocks.
     pub(crate) fn with(&self, of: impl Fn(Block) -> Option<Role>) -> Self {
         Self { roles: Block::ALL.map(|block| of(block).unwrap_or_else(|| self.role(block))), ..self.clone() }
+    }
+}
+
+impl ModelTried {
+    /// The same as an adjustment that estimates these blocks beside its unknowns.
+    fn adjusted_with(&self, blocks: &[Block], lags: bool) -> Self {
+        self.with(|block| match block {
+            Block::PoseLag => Some(role(lags, false)),
+            Block::SeamForm | Block::Detector | Block::Robot | Block::Axes => {
+                Some(role(blocks.contains(&block), false))
+            }
+            _ => None,
+        })
     }
 }
 
@@ -248,13 +268,7 @@ pub(crate) fn of_adjustment(begun: &ModelTried, blocks: &[Block], tried: &[Tried
             (true, true) => Because::ResidualsShowLag,
             (false, _) => Because::TestsLag,
         };
-        let adjusted = begun.with(|block| match block {
-            Block::PoseLag => Some(role(!lag.is_none(), false)),
-            Block::SeamForm | Block::Detector | Block::Robot | Block::Axes => {
-                Some(role(blocks.contains(&block), false))
-            }
-            _ => None,
-        });
+        let adjusted = begun.adjusted_with(blocks, !lag.is_none());
         let log_evidence = -0.5 * lag.twice_negative_log;
         ModelTried { because, robot_lag_s: lag.lag_s, log_evidence, ..adjusted }
     };
@@ -263,6 +277,44 @@ pub(crate) fn of_adjustment(begun: &ModelTried, blocks: &[Block], tried: &[Tried
     let alone = begun.with(|block| is_of_errors(block).then_some(Role::Held));
     models.push(ModelTried { because: Because::NoiseAlone, ..alone });
     models
+}
+
+/// An adjustment of stripes.
+#[derive(Clone, Debug)]
+pub(crate) struct OfStripes<'a> {
+    /// Measurements that it was fitted to.
+    pub measurements: Measurements,
+    /// The blocks that it estimates beside its unknowns.
+    pub blocks: &'a [Block],
+    /// Log likelihood.
+    pub log_evidence: f64,
+    /// Noise factor of the fit that it started at.
+    pub noise_factor: f64,
+    /// Whether it gives the answer.
+    pub is_answer: bool,
+}
+
+/// Adds the adjustment of the stripes, and makes it the answer if it is.
+pub(crate) fn add_stripes(models: &mut Vec<ModelTried>, stripes: OfStripes<'_>) {
+    let OfStripes { measurements, blocks, log_evidence, noise_factor, is_answer } = stripes;
+    let Some(answer) = models.iter_mut().find(|model| model.because.is_taken()) else { return };
+    let of_stripes = ModelTried {
+        because: if is_answer { answer.because } else { Because::OtherMeasurements },
+        measurements,
+        log_evidence,
+        noise_factor,
+        ..answer.adjusted_with(blocks, answer.role(Block::PoseLag) == Role::Estimated)
+    };
+    // The light of a stripe is on the plates, not on their edge, and plates have bows.
+    let of_plates = of_stripes.with(|block| match block {
+        Block::EdgeRadius => Some(Role::Held),
+        Block::Bow => Some(Role::Estimated),
+        _ => None,
+    });
+    if is_answer {
+        answer.because = Because::OtherMeasurements;
+    }
+    models.insert(usize::from(!is_answer), of_plates);
 }
 
 /// The role of a block that is estimated, or considered, or neither.

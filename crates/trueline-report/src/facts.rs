@@ -141,9 +141,10 @@ fn of_adjustment(warning: &Warning) -> Value {
             json!({ "span_s": span_s, "features": features, "beside_mm": beside_m * MM_PER_M })
         }
         Warning::OutlierStretch { span_s, features } => json!({ "span_s": span_s, "features": features }),
-        Warning::WavySeam { rms_m } | Warning::RobotMoves { rms_m } | Warning::JointLags { rms_m } => {
-            json!({ "rms_mm": rms_m * MM_PER_M })
-        }
+        Warning::WavySeam { rms_m }
+        | Warning::WavyPlates { rms_m }
+        | Warning::RobotMoves { rms_m }
+        | Warning::JointLags { rms_m } => json!({ "rms_mm": rms_m * MM_PER_M }),
         Warning::ClockStep { at_s, step_s } => json!({ "at_s": at_s, "step_s": step_s }),
         Warning::KnotsNearWeave { spacing_m, weave_m } => {
             json!({ "spacing_mm": spacing_m * MM_PER_M, "weave_mm": weave_m * MM_PER_M })
@@ -203,6 +204,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::OtherLine { .. }
         | Warning::OutlierStretch { .. }
         | Warning::WavySeam { .. }
+        | Warning::WavyPlates { .. }
         | Warning::RobotMoves { .. }
         | Warning::JointLags { .. }
         | Warning::ClockStep { .. }

@@ -59,7 +59,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         decided_by: c.findings.checks.ambiguity.decided_by.map(|by| by.name().to_owned()),
         mounted: None,
         seam_error: c.findings.checks.seam_error.as_ref().map(seam_error::entry),
-        errors_found: c.findings.fit.amplitudes.as_ref().map(errors_found),
+        errors_found: c.findings.errors_found().map(errors_found),
         sensor: seam_error::sensor_entry(c),
         images_ahead_s: Some(c.findings.streams.images_ahead_s).filter(|ahead_s| *ahead_s != 0.0),
         at_torch: c.findings.checks.seam_point_error.as_ref().map(checks::at_torch),
@@ -73,9 +73,9 @@ pub fn of(c: &Calibration) -> ResultFile {
 
 fn errors_found(amplitudes: &Amplitudes) -> ErrorsFoundEntry {
     ErrorsFoundEntry {
-        white_noise: amplitudes.white,
-        lasting_noise: amplitudes.lasting.map(|noise| noise.lasting().sqrt()),
-        lasts_s: amplitudes.lasting[0].lasts_s,
+        white_noise: amplitudes.white.clone(),
+        lasting_noise: amplitudes.lasting.iter().map(|noise| noise.lasting().sqrt()).collect(),
+        lasts_s: amplitudes.lasting.first().map_or(0.0, |noise| noise.lasts_s),
         seam_form_mm: amplitudes.form_m * MM_PER_M,
         robot_mm: amplitudes.robot_m * MM_PER_M,
         robot_times: amplitudes.robot,
@@ -93,6 +93,7 @@ fn model(tried: &ModelTried) -> ModelEntry {
     ModelEntry {
         taken: tried.because.is_taken(),
         why: tried.because.code().to_owned(),
+        measurements: tried.measurements.name().to_owned(),
         roles: said.map(role).collect(),
         target: tried.target.name().to_owned(),
         clock: tried.clock.name().to_owned(),

@@ -7,13 +7,14 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct ErrorsFoundEntry {
-    /// White noise of both directions of a reading, in units of the expected one.
-    pub white_noise: [f64; 2],
-    /// Standard deviation of the noise that lasts from frame to frame, in units of the white noise of its direction.
-    pub lasting_noise: [f64; 2],
-    /// How long it is alike.
+    /// White noise of each residual of a frame, in units of the expected one: of both directions of a seam point; of two
+    /// support points on each plate, and of an edge point.
+    pub white_noise: Vec<f64>,
+    /// Standard deviation of the noise of each that lasts from frame to frame, in units of its white noise.
+    pub lasting_noise: Vec<f64>,
+    /// How long that of the first is alike.
     pub lasts_s: f64,
-    /// Root mean square of the seam's form beyond its bow.
+    /// Root mean square of the form of the seam beyond its bow, or of the plates beyond their bow and twist.
     pub seam_form_mm: f64,
     /// Root mean square error of the arm's poses, across the seam.
     pub robot_mm: f64,

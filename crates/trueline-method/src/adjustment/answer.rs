@@ -25,8 +25,21 @@ use nalgebra::{DMatrix, DVector};
 /// Cost of a frame that is left out: that of one at the cut of 5.5 standard deviations.
 const LEFT_OUT: f64 = 5.5 * 5.5;
 
+/// The stamp of each frame of an adjustment, s, and whether all of it was left out.
+#[derive(Clone, Debug)]
+pub(crate) struct FramesUsed(Vec<(f64, bool)>);
+
+impl FramesUsed {
+    /// Whether most frames between two times, s, were left out.
+    #[must_use]
+    pub(crate) fn leave_out(&self, [from_s, to_s]: [f64; 2]) -> bool {
+        let there = || self.0.iter().filter(|(stamp_s, _)| (from_s..=to_s).contains(stamp_s));
+        2 * there().filter(|(_, is_out)| *is_out).count() > there().count()
+    }
+}
+
 /// The answer.
-pub(crate) struct Answer<P = Parameters, const ROWS: usize = 2> {
+pub(crate) struct Answer<P = Parameters> {
     /// The unknowns.
     pub at: P,
     /// Covariance of the tangent by noise alone.
@@ -36,7 +49,7 @@ pub(crate) struct Answer<P = Parameters, const ROWS: usize = 2> {
     /// Second-order errors of single unknowns, a column of the tangent. They do not affect a seam point.
     pub bends: Option<DVector<f64>>,
     /// Estimated errors.
-    pub amplitudes: Amplitudes<ROWS>,
+    pub amplitudes: Amplitudes,
     /// Corrections of the external axes to their assumed values.
     pub axes: Option<AxisStep>,
     /// The robot's errors; `None` of an ideal robot.
@@ -45,20 +58,13 @@ pub(crate) struct Answer<P = Parameters, const ROWS: usize = 2> {
     pub blocks: Vec<models::Block>,
     /// Largest shift of the part beside its place in the first pass, m. `None` of a part at rest.
     pub moved_m: Option<f64>,
-    /// The stamp of each frame that was used, s, and whether it was left out.
-    pub frames: Vec<(f64, bool)>,
+    /// Its frames.
+    pub frames: FramesUsed,
     /// Minus twice the log likelihood.
     pub(crate) twice_negative_log: f64,
 }
 
-impl<P, const ROWS: usize> Answer<P, ROWS> {
-    /// Whether most frames between two times, s, were left out.
-    #[must_use]
-    pub(crate) fn leaves_out(&self, [from_s, to_s]: [f64; 2]) -> bool {
-        let there = || self.frames.iter().filter(|(stamp_s, _)| (from_s..=to_s).contains(stamp_s));
-        2 * there().filter(|(_, is_out)| *is_out).count() > there().count()
-    }
-
+impl<P> Answer<P> {
     /// Minus twice the log likelihood, including the cost of the frames left out. Answers of one scan are compared by it.
     #[must_use]
     pub(crate) fn comparable(&self) -> f64 {
@@ -99,7 +105,7 @@ pub(crate) fn adjust_sights<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOC
     (at, shape_prior): (&S::State, Option<ShapePrior>),
     settings: &Settings<'_>,
     known_noise: Option<[Coloured; ROWS]>,
-) -> Option<Answer<S::State, ROWS>> {
+) -> Option<Answer<S::State>> {
     let frames = scan.frames(at);
     let mut columns = Columns::of(at, settings.fixed, considered(settings, &frames, at.targets()));
     let of_poses = || RobotField::new(settings.levels.robot, &scan.poses(at));
@@ -134,7 +140,7 @@ fn answer<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
     adjusted: &Adjusted,
     covariance: &DMatrix<f64>,
     settings: &Settings<'_>,
-) -> Answer<S::State, ROWS> {
+) -> Answer<S::State> {
     let free = &adjustment.columns.free;
     // The rows of the unknowns, over all tangent components.
     let mut rows = DMatrix::zeros(adjustment.at.dimension(), covariance.ncols());
@@ -170,7 +176,7 @@ fn answer<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
             let own = &adjustment.coefficients.as_slice()[block.columns.clone()];
             Some(block.clamped()?.largest_m(own))
         }),
-        frames: stamps(adjustment),
+        frames: frames_used(adjustment),
         blocks: adjustment.columns.blocks.iter().filter_map(Block::name).collect(),
         amplitudes: Amplitudes {
             squared_lag_s2: squared_lag(adjustment, adjusted),
@@ -181,14 +187,16 @@ fn answer<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
     }
 }
 
-fn stamps<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
+fn frames_used<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
     adjustment: &Adjustment<S, ROWS, LOCAL>,
-) -> Vec<(f64, bool)> {
+) -> FramesUsed {
     let frames = adjustment.scan.frames(&adjustment.at);
     let of = |(frame, weight): (&Option<Frame<ROWS, LOCAL>>, &f64)| {
-        Some((frame.as_ref()?.stamp_s, *weight == 0.0))
+        let frame = frame.as_ref()?;
+        let is_out = *weight == 0.0 || !frame.is_there.contains(&true);
+        Some((frame.stamp_s, is_out))
     };
-    frames.iter().zip(&adjustment.weights.of).filter_map(of).collect()
+    FramesUsed(frames.iter().zip(&adjustment.weights.of).filter_map(of).collect())
 }
 
 /// Contributions of the priors of bows and shape to the covariance.
@@ -267,7 +275,7 @@ fn step<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
 fn amplitudes<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
     adjustment: &Adjustment<S, ROWS, LOCAL>,
     settings: &Settings<'_>,
-) -> Amplitudes<ROWS> {
+) -> Amplitudes {
     let frames = adjustment.scan.frames(&adjustment.at);
     let (mut form, mut robot, mut joints, mut count) = (0.0, 0.0, 0.0, 0.0);
     for (frame, weight) in frames.iter().zip(&adjustment.weights.of) {
@@ -295,9 +303,11 @@ fn amplitudes<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
     let of_usual = (settings.waviness_m / ASSUMED_WAVINESS_M).min(1.0);
     let there = || frames.iter().zip(&adjustment.weights.of).filter(|(frame, _)| frame.is_some());
     let out = there().filter(|(_, weight)| **weight == 0.0).count();
+    let is_there = |row: &usize| frames.iter().flatten().any(|frame| frame.is_there[*row]);
+    let rows = || (0..ROWS).filter(is_there);
     Amplitudes {
-        white: adjustment.sigmas.map(|sigma| sigma * settings.noise_factor),
-        lasting: adjustment.noise,
+        white: rows().map(|row| adjustment.sigmas[row] * settings.noise_factor).collect(),
+        lasting: rows().map(|row| adjustment.noise[row]).collect(),
         form_m: (form / f64::max(count, 1.0)).sqrt(),
         form_sigma_m: (blocks.iter().map(Block::form_variance_m2).sum::<f64>() / targets as f64).sqrt(),
         forms: thetas(|kind| matches!(kind, Kind::Form { .. })).map(|form| form * of_usual).collect(),

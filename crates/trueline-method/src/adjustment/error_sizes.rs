@@ -5,12 +5,13 @@ use crate::assess::outliers::Outliers;
 
 /// Estimated errors.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Amplitudes<const ROWS: usize = 2> {
-    /// Standard deviation of the white noise of each residual of a frame, in units of the expected noise.
-    pub white: [f64; ROWS],
-    /// The correlated part of the noise.
-    pub lasting: [Coloured; ROWS],
-    /// RMS of the seam's form over the frames, m.
+pub struct Amplitudes {
+    /// Standard deviation of the white noise of each residual of a frame, in units of the expected noise: two of a seam point, two of each plate, one
+    /// of an edge point.
+    pub white: Vec<f64>,
+    /// The correlated part of the noise of each.
+    pub lasting: Vec<Coloured>,
+    /// RMS of the form of the seam, or of the plates, over the frames, m.
     pub form_m: f64,
     /// Standard deviation of the form in one direction, m: what its columns are expected to be, given the scan.
     pub form_sigma_m: f64,
@@ -39,7 +40,7 @@ pub struct Amplitudes<const ROWS: usize = 2> {
 /// Least size of a significant step, standard deviations.
 const STEP_SIGMAS: f64 = 4.0;
 
-impl<const ROWS: usize> Amplitudes<ROWS> {
+impl Amplitudes {
     /// Whether a step of the time offset stays significant beside correlated noise and all other errors.
     #[must_use]
     pub fn show_a_step(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use crate::adjustment::clamped::Clamped;
 use crate::adjustment::coloured::Coloured;
+use crate::adjustment::error_sizes::Amplitudes;
 use crate::assess::levels::SystematicLevels;
 use crate::assess::robot_field::RobotField;
 
@@ -37,9 +38,9 @@ pub(crate) struct Settings<'a> {
 }
 
 impl Settings<'_> {
-    /// The same for a similar model of a scan that was adjusted already, with this noise.
+    /// The same for a similar model of a scan of seam points that was adjusted already, with these errors.
     #[must_use]
-    pub(crate) fn near(&self, noise: [Coloured; 2]) -> Self {
-        Self { noise: Some(noise), ..*self }
+    pub(crate) fn near(&self, found: &Amplitudes) -> Self {
+        Self { noise: found.lasting.as_slice().try_into().ok(), ..*self }
     }
 }

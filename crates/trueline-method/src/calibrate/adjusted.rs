@@ -4,12 +4,12 @@ use crate::adjustment::answer::{Answer, adjust};
 use crate::adjustment::settings::Settings;
 use crate::assess::levels::SystematicLevels;
 use crate::assess::observability::Group;
+use crate::assess::outlier_segments;
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::seam_error::{self, SeamError, SharedError};
-use crate::assess::{outlier_segments, seam_point_error};
 use crate::axes::finding as axes;
 use crate::axes::finding::{self, sigmas_before};
-use crate::calibrate::answered::{Answered, beside_cause, with_sensor};
+use crate::calibrate::answered::{Answered, take};
 use crate::calibrate::basins::{Basin, beside_rivals, likelier};
 use crate::calibrate::clamped::{clamped_again, passes_in_doubt};
 use crate::calibrate::concluded::{Concluded, waviness_m};
@@ -205,10 +205,6 @@ pub(crate) fn take_adjusted(
     findings.axes = axes::of_all(from.recording, &answer.at.lines, answer.axes.as_ref());
     let observability = findings.unknowns.observability.clone().bounded(&covariance);
     let (config, observations) = (from.settings.config, &from.assessed.drift_free.observations);
-    let list = from.assessed.drift_free.fit.placed.of(observations);
-    let torch = || seam_point_error::predict(observations, list, &answer.at, &covariance, &config.used_at);
-    findings.checks.seam_point_error = observability.shows_all().then(torch).flatten();
-    findings.checks.seam_error = seam_error.filter(|_| observability.shows_all());
     let (features, skipped) = residuals_of(problem, with_axes.as_ref(), &answer.at);
     findings.fit.residuals = residuals::summarise(&features, skipped);
     findings.checks.outlier_segments = outlier_segments::find(
@@ -219,7 +215,7 @@ pub(crate) fn take_adjusted(
         config.offset_search_s,
     );
     // Explained readings are no outlier segment.
-    findings.checks.outlier_segments.retain(|segment| answer.leaves_out(segment.span_s));
+    findings.checks.outlier_segments.retain(|segment| answer.frames.leave_out(segment.span_s));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     findings.fit.feature_stamps_ns = features.iter().map(stamp_of).collect();
     findings.fit.features = features;
@@ -227,10 +223,6 @@ pub(crate) fn take_adjusted(
     findings.fit.amplitudes = Some(answer.amplitudes);
     findings.checks.part_moved_m = answer.moved_m;
     let answered = Answered { parameters: answer.at, covariance, noise_covariance, observability, of_robot };
-    findings.unknowns = with_sensor(from, answered);
-    findings.unknowns.sensor = beside_cause(from, &findings.unknowns);
-    if !findings.unknowns.sensor.is_some_and(|shape| shape.is_off()) {
-        findings.checks.confounded_causes.clear();
-    }
+    take(from, findings, answered, seam_error);
     Some(SeamErrors { noise: answer.noise, shares: answer.shares, field: answer.field })
 }

@@ -1,12 +1,15 @@
-//! Converts an answer into the unknowns of the findings, with the estimated sensor shape.
+//! Takes an answer into the findings: its unknowns with the estimated sensor shape, and the errors that follow from them.
 
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::file_frame::{FileFrame, HandEyeOfFile, StatedSensor};
 use crate::assess::observability::Observability;
 use crate::assess::robot_field::OfRobot;
+use crate::assess::seam_error::SeamError;
+use crate::assess::seam_point_error;
 use crate::assess::sensor_shape::SensorShape;
 use crate::calibrate::concluded::Concluded;
-use crate::findings::Unknowns;
+use crate::findings::{Findings, Unknowns};
+use crate::hypotheses::clock_drift::DriftFree;
 use crate::problem::parameters::{LINES, Parameters, ROTATION};
 use nalgebra::DMatrix;
 
@@ -14,6 +17,27 @@ use nalgebra::DMatrix;
 pub(crate) fn beside_cause(from: &Concluded<'_>, unknowns: &Unknowns) -> Option<SensorShape> {
     let Unknowns { parameters, covariance, .. } = unknowns;
     unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), parameters, covariance))
+}
+
+/// Takes an adjusted answer, of whichever measurements, with the predicted error of a later seam point.
+pub(crate) fn take(
+    from: &Concluded<'_>,
+    findings: &mut Findings,
+    answered: Answered,
+    seam_error: Option<SeamError>,
+) {
+    let DriftFree { fit, observations, .. } = &from.assessed.drift_free;
+    let (list, used_at) = (fit.placed.of(observations), &from.settings.config.used_at);
+    let Answered { parameters, covariance, .. } = &answered;
+    let torch = || seam_point_error::predict(observations, list, parameters, covariance, used_at);
+    let shows_all = answered.observability.shows_all();
+    findings.checks.seam_point_error = shows_all.then(torch).flatten();
+    findings.checks.seam_error = seam_error.filter(|_| shows_all);
+    findings.unknowns = with_sensor(from, answered);
+    findings.unknowns.sensor = beside_cause(from, &findings.unknowns);
+    if !findings.unknowns.sensor.is_some_and(|shape| shape.is_off()) {
+        findings.checks.confounded_causes.clear();
+    }
 }
 
 /// An answer without its sensor shape.

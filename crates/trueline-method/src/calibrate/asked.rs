@@ -1,7 +1,7 @@
 //! The record of the requested model.
 
 use crate::assess::levels::SystematicLevels;
-use crate::config::HeldSigma;
+use crate::config::{HeldSigma, Measurements};
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::models::{Because, Block, Clock, ModelTried, Role, SeamModel, role};
 use crate::problem::parameters::{ROTATION, TIME_OFFSET};
@@ -29,6 +29,7 @@ pub(crate) fn asked(settings: &FitSettings<'_>, levels: &SystematicLevels, found
     };
     ModelTried {
         because: Because::Asked,
+        measurements: Measurements::Seam,
         roles: Block::ALL.map(role),
         target: SeamModel::Line,
         clock: clock(settings, found),

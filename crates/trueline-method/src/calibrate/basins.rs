@@ -42,7 +42,7 @@ pub(crate) fn beside_rivals(
         |o: &Observation| mirrors().all(|rival| problem.placement(o, &rival.parameters).is_some());
     let (list, whiteners) = some_of(problem, is_common);
     let common = problem.of_some(&list, &whiteners);
-    let own = adjust(&common, &best.at, &settings.near(best.amplitudes.lasting));
+    let own = adjust(&common, &best.at, &settings.near(&best.amplitudes));
     // A rival that converges to the answer is the same basin.
     let is_same = |other: &Answer| own.as_ref().is_some_and(|own| are_one_basin(&own.at, &other.at));
     let of_mirror = |rival: &RivalAnswer| {
@@ -103,7 +103,7 @@ pub(crate) fn likelier(
     let common = problem.of_some(&list, &whiteners);
     let by = |at: &Parameters, settings: &Settings<'_>| Some(adjust(&common, at, settings)?.comparable());
     let is_likelier =
-        match (by(&answer.at, &settings.near(answer.amplitudes.lasting)), by(&better.parameters, settings)) {
+        match (by(&answer.at, &settings.near(&answer.amplitudes)), by(&better.parameters, settings)) {
             (Some(own), Some(other)) => other + RIVAL_GAIN < own,
             (own, _) => own.is_none(),
         };

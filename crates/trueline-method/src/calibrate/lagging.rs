@@ -44,8 +44,8 @@ pub(crate) struct Lagging<'a> {
 
 /// The model of an answer.
 fn tried(answer: &Answer) -> TriedLag {
-    let Amplitudes { lag_s, joint_lags_m, .. } = answer.amplitudes;
-    TriedLag { lag_s, of_joints: joint_lags_m.is_some(), twice_negative_log: answer.comparable() }
+    let Amplitudes { lag_s, joint_lags_m, .. } = &answer.amplitudes;
+    TriedLag { lag_s: *lag_s, of_joints: joint_lags_m.is_some(), twice_negative_log: answer.comparable() }
 }
 
 /// Adjusts with the robot lagging behind its recorded poses, in case these are commanded poses. The time offset stays relative to the recorded poses
@@ -75,7 +75,7 @@ fn with_joint_lags(from: &Concluded<'_>, settings: &Settings<'_>, as_recorded: &
     adjust(
         &problem,
         &as_recorded.at,
-        &Settings { joint_lags_s: JOINT_LAGS_S, ..settings.near(as_recorded.amplitudes.lasting) },
+        &Settings { joint_lags_s: JOINT_LAGS_S, ..settings.near(&as_recorded.amplitudes) },
     )
 }
 
@@ -103,7 +103,7 @@ fn with_mean_lag(
         problem.placement(&later, &as_recorded.at).is_some()
     };
     let (list, whiteners) = some_of(&problem, is_common);
-    let settings = settings.near(as_recorded.amplitudes.lasting);
+    let settings = settings.near(&as_recorded.amplitudes);
     let without = adjust(&problem.of_some(&list, &whiteners), &as_recorded.at, &settings);
     let Some(without) = without else { return as_recorded };
     let with = |lag_s: f64, path: Result<Trajectory, TrajectoryError>| {

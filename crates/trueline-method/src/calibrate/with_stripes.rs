@@ -3,17 +3,18 @@
 use crate::adjustment::settings::Settings;
 use crate::assess::levels::SystematicLevels;
 use crate::assess::robot_field::RobotField;
-use crate::assess::seam_point_error;
+use crate::assess::seam_error::SeamError;
 use crate::assess::share::Share;
-use crate::calibrate::answered::{Answered, with_sensor};
+use crate::calibrate::answered::{Answered, take};
 use crate::calibrate::concluded::Concluded;
 use crate::calibrate::lagging::JOINT_LAGS_S;
 use crate::config::Measurements;
 use crate::error::Error;
 use crate::findings::Findings;
 use crate::input::observations::Observations;
+use crate::models::{self, OfStripes};
 use crate::stripe::estimate::{self, SeamEstimate};
-use crate::stripe::outcome::{Answer, StripeOutcome};
+use crate::stripe::outcome::{Answer, StripeAdjustment, StripeEstimate, StripeOutcome};
 use nalgebra::DMatrix;
 use trueline_geometry::lag;
 
@@ -27,8 +28,8 @@ pub(crate) struct SeamErrors {
     pub field: Option<RobotField>,
 }
 
-/// Estimates from whole stripes, and replaces the answer if the stripes are selected. The residuals of the seam points remain those from
-/// their own seam, because on bent plates the crossing of two stripes is not a point of the seam.
+/// Estimates from whole stripes, and replaces the answer with its checks if the stripes are selected. The residuals of the seam points remain those
+/// from their own seam, because on bent plates the crossing of two stripes is not a point of the seam.
 ///
 /// # Errors
 /// Fails if stripes were requested and cannot be used.
@@ -37,7 +38,36 @@ pub(crate) fn add_stripes(
     findings: &mut Findings,
     errors: &SeamErrors,
 ) -> Result<(), Error> {
-    let robot_times_s = from.sampling.robot_times_s(from.dejittered);
+    findings.stripes = of_stripes(from, findings, errors)?;
+    let Some(StripeOutcome { used, estimate: Some(estimate), .. }) = &findings.stripes else { return Ok(()) };
+    let (used, is_answer, estimate) = (*used, *used != Measurements::Seam, estimate.as_ref());
+    if let Some(StripeAdjustment { blocks, log_evidence, noise_factor, frames, .. }) = &estimate.adjustment {
+        // Stripes that were not requested are tried by themselves.
+        let measurements = if is_answer { used } else { Measurements::Stripe };
+        let (log_evidence, noise_factor) = (*log_evidence, *noise_factor);
+        let tried = OfStripes { measurements, blocks, log_evidence, noise_factor, is_answer };
+        models::add_stripes(&mut findings.models_tried, tried);
+        if is_answer && findings.fit.amplitudes.is_some() {
+            // Seam points may fail where the stripes beside them do not.
+            findings.checks.outlier_segments.retain(|segment| frames.leave_out(segment.span_s));
+        }
+    }
+    if is_answer {
+        if estimate.explains_robot {
+            findings.checks.robot_seems = None;
+        }
+        let (answered, seam_error) = answered(estimate);
+        take(from, findings, answered, seam_error);
+    }
+    Ok(())
+}
+
+/// The estimate from the stripes beside that from the seam points.
+fn of_stripes(
+    from: &Concluded<'_>,
+    findings: &Findings,
+    errors: &SeamErrors,
+) -> Result<Option<StripeOutcome>, Error> {
     let unknowns = &findings.unknowns;
     let held_sigmas = from.held_sigmas();
     let amplitudes = findings.fit.amplitudes.as_ref();
@@ -47,10 +77,10 @@ pub(crate) fn add_stripes(
         Some(lagging) => (lagging, lag_s),
         None => (&from.assessed.drift_free.observations, 0.0),
     };
-    findings.stripes = estimate::estimate(&SeamEstimate {
+    estimate::estimate(&SeamEstimate {
         recording: from.recording,
         observations,
-        robot_times_s,
+        robot_times_s: from.sampling.robot_times_s(from.dejittered),
         settings: from.settings,
         fit: &from.assessed.drift_free.fit,
         answer: Answer {
@@ -73,30 +103,16 @@ pub(crate) fn add_stripes(
         bias: from.bias.as_ref(),
         robot_seems_worse: from.robot_seems.is_some(),
         widened: &|covariance| from.with_time_offset_widened(covariance),
-    })?;
-    let Some(StripeOutcome {
-        used: Measurements::Stripe | Measurements::Both, estimate: Some(estimate), ..
-    }) = &findings.stripes
-    else {
-        return Ok(());
-    };
+    })
+}
+
+/// The answer of the stripes, and its predicted error of a later seam point.
+fn answered(estimate: &StripeEstimate) -> (Answered, Option<SeamError>) {
     let Answer { parameters, covariance, noise_covariance, observability, seam_error } =
         estimate.stripe.clone();
-    let of_robot = estimate.of_robot.clone();
     let observability = observability.bounded(&covariance);
-    if estimate.explains_robot {
-        findings.checks.robot_seems = None;
-    }
-    let (config, fit, observations) =
-        (from.settings.config, &from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
-    let all_seen = observability.shows_all();
-    let list = fit.placed.of(observations);
-    let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);
-    findings.checks.seam_point_error = all_seen.then(torch).flatten();
-    findings.checks.seam_error = seam_error.filter(|_| all_seen);
-    findings.unknowns =
-        with_sensor(from, Answered { parameters, covariance, noise_covariance, observability, of_robot });
-    Ok(())
+    let of_robot = estimate.of_robot.clone();
+    (Answered { parameters, covariance, noise_covariance, observability, of_robot }, seam_error)
 }
 
 /// The scan with the robot behind its recorded poses by a lag, s. `None` without one.

@@ -20,11 +20,10 @@ use crate::solve::settings::FitSettings;
 use crate::stripe::agreement::{self, Errors};
 use crate::stripe::fit::{StripeFit, StripeSolver};
 use crate::stripe::flat_rank::AttitudeNoise;
-use crate::stripe::frame_residual::ROWS;
 use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
 use crate::stripe::outcome::{
-    Answer, Apart, Because, LEAST_WITH_BOTH, StripeEstimate, StripeOutcome, decided,
+    Answer, Apart, Because, LEAST_WITH_BOTH, StripeAdjustment, StripeEstimate, StripeOutcome, decided,
 };
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::Planes;
@@ -40,7 +39,7 @@ use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 
 /// The answer of an adjustment of plates.
-type Adjusted = answer::Answer<StripeState, ROWS>;
+type Adjusted = answer::Answer<StripeState>;
 
 /// A finished estimate from seam points, with its inputs.
 pub(crate) struct SeamEstimate<'a> {
@@ -186,15 +185,23 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let errors = Errors { noise: &noise, shares: &shares };
     let by_forms = || moved_without_forms((observations, settings), seam.fit, &frames.list, &adjusted.at);
     let sigmas_apart = agreement::unexplained((&seam.answer, &of_seam), (&stripe, &errors), by_forms);
+    let (noise_factor, robot) = (adjusted.amplitudes.noise_times(), adjusted.amplitudes.robot);
     Ok(StripeEstimate {
         planes,
         angles,
         steps,
         sigmas_apart,
         apart: in_lengths(observations, &seam.answer.parameters, &stripe.parameters),
-        noise_factor: adjusted.amplitudes.noise_times(),
+        noise_factor,
         counts: fit.counts,
-        explains_robot: seam.robot_seems_worse && adjusted.amplitudes.robot.is_none_or(|robot| robot < WORSE),
+        adjustment: Some(StripeAdjustment {
+            blocks: adjusted.blocks,
+            log_evidence: -0.5 * adjusted.twice_negative_log,
+            noise_factor: fit.noise_factor,
+            frames: adjusted.frames,
+            amplitudes: adjusted.amplitudes,
+        }),
+        explains_robot: seam.robot_seems_worse && robot.is_none_or(|robot| robot < WORSE),
         seam: seam.answer.clone(),
         stripe,
         of_robot,

@@ -1,11 +1,14 @@
 //! Result of the whole-stripe estimate, and whether it or the seam points' result is reported.
 
+use crate::adjustment::answer::FramesUsed;
+use crate::adjustment::error_sizes::Amplitudes;
 use crate::assess::observability::Observability;
 use crate::assess::robot_field::OfRobot;
 use crate::assess::seam_error::SeamError;
 use crate::config::Measurements;
 use crate::error::no_plates::NoPlates;
 use crate::input::skip::Skip;
+use crate::models::Block;
 use crate::problem::parameters::Parameters;
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
@@ -96,6 +99,8 @@ pub struct StripeEstimate {
     pub noise_factor: f64,
     /// Counts of used and rejected measurements.
     pub counts: OutlierCounts,
+    /// Their adjustment with all errors; `None` beside a curve.
+    pub adjustment: Option<StripeAdjustment>,
     /// Whether the plates' forms explain the robot errors that the seam points seem to show.
     pub explains_robot: bool,
     /// Answer of the seam points.
@@ -104,6 +109,21 @@ pub struct StripeEstimate {
     pub stripe: Answer,
     /// The part of the robot's errors in it; `None` of an ideal robot.
     pub of_robot: Option<OfRobot>,
+}
+
+/// The adjustment of stripes with all errors.
+#[derive(Clone, Debug)]
+pub struct StripeAdjustment {
+    /// Estimated errors.
+    pub amplitudes: Amplitudes,
+    /// The blocks that were estimated beside the unknowns.
+    pub(crate) blocks: Vec<Block>,
+    /// Log likelihood.
+    pub(crate) log_evidence: f64,
+    /// Noise factor of the fit that it started at.
+    pub(crate) noise_factor: f64,
+    /// The frames of its measurements.
+    pub(crate) frames: FramesUsed,
 }
 
 /// Distance of two answers.

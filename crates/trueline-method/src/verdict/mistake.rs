@@ -31,7 +31,7 @@ pub(crate) fn residuals_are_too_large(f: &Findings) -> bool {
         return false;
     }
     let factor = f.fit.noise_factor;
-    if let Some(amplitudes) = &f.fit.amplitudes {
+    if let Some(amplitudes) = f.adjusted() {
         // A search that leaves so much noise is trusted within its window alone: beyond it an adjustment can explain an alias.
         let is_beyond = f.unknowns.parameters.time_offset_s.abs() > f.config.offset_search_s;
         let is_alias = is_beyond && factor > MOST_NOISE_FACTOR;

@@ -61,7 +61,7 @@ fn of_findings(f: &Findings) -> Vec<Reason> {
         // All other findings of the fit would belong to a wrong answer.
         return std::iter::once(reason).chain(of_streams(f)).collect();
     }
-    if let Some(amplitudes) = &f.fit.amplitudes {
+    if let Some(amplitudes) = f.adjusted() {
         return of_adjusted(f, amplitudes);
     }
     if mistake::is_likely(f) {
@@ -116,7 +116,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Reason> {
         curve.collapsed_from_m.map(|before_m| Reason::CurveCollapsed { length_m: curve.length_m, before_m }),
     );
     reasons.extend(f.checks.part_moved_m.map(|shift_m| Reason::PartMoved { shift_m }));
-    let outliers = f.outliers_over_curve();
+    let outliers = f.outliers();
     if outliers.share() > MOST_OFF_CURVE {
         reasons.push(Reason::TooManyOutliers { outliers });
     }
@@ -200,7 +200,7 @@ const FEW_STOPS: usize = 15;
 
 fn too_large(f: &Findings) -> Reason {
     let of_stripes = f.stripe_noise_factor().unwrap_or(0.0);
-    let of_adjustment = f.fit.amplitudes.as_ref().map_or(0.0, Amplitudes::noise_times);
+    let of_adjustment = f.adjusted().map_or(0.0, Amplitudes::noise_times);
     let noise_factor = f.fit.noise_factor.max(of_stripes).max(of_adjustment);
     // At stops the time offset is held because it does not exist.
     let is_absent = |held: &Hold| f.config.at_stops && *held == Hold::TimeOffset;
@@ -366,7 +366,7 @@ fn broken_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Reason> {
 
 /// A seam error that is larger than required, or than anybody can use.
 fn missed_of_seam(f: &Findings) -> Option<Reason> {
-    let is_estimated = f.fit.amplitudes.is_some() || f.curve.is_some();
+    let is_estimated = f.errors_found().is_some() || f.curve.is_some();
     let usual_m = if is_estimated { SEAM_ERROR_CEILING_M } else { CONSIDERED_CEILING_M };
     let required_m = f.config.require.seam_m;
     match f.checks.seam_error {

@@ -59,7 +59,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.extend(stamps(f));
         return warnings;
     }
-    if let Some(amplitudes) = &f.fit.amplitudes {
+    if let Some(amplitudes) = f.adjusted() {
         warnings.extend(of_adjusted(f, amplitudes));
         return warnings;
     }
@@ -122,7 +122,7 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
     warnings.extend(weave_m.map(|weave_m| Warning::KnotsNearWeave { spacing_m: curve.spacing_m, weave_m }));
     let options = f.unused_on_curve.clone();
     warnings.extend((!options.is_empty()).then_some(Warning::UnusedOnCurve { options }));
-    let share = f.outliers_over_curve().share();
+    let share = f.outliers().share();
     warnings.extend((share > MANY_OUTLIERS).then_some(Warning::ManyOutliers { share }));
     let of_stripes = f.stripes.iter().flat_map(of_stripes);
     // The reason against the seam points says why the stripes are not used.
@@ -136,7 +136,10 @@ fn of_curve(f: &Findings, curve: &CurveEstimate) -> Vec<Warning> {
 fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let wavy = amplitudes.form_m > WAVY_M;
-    warnings.extend(wavy.then_some(Warning::WavySeam { rms_m: amplitudes.form_m }));
+    let of_plates = f.stripe_noise_factor().is_some();
+    let rms_m = amplitudes.form_m;
+    let form = if of_plates { Warning::WavyPlates { rms_m } } else { Warning::WavySeam { rms_m } };
+    warnings.extend(wavy.then_some(form));
     let moves = amplitudes.robot_m > ROBOT_MOVES_M;
     warnings.extend(moves.then_some(Warning::RobotMoves { rms_m: amplitudes.robot_m }));
     warnings.extend(amplitudes.joint_lags_m.map(|rms_m| Warning::JointLags { rms_m }));

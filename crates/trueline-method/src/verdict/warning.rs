@@ -9,7 +9,7 @@ use super::warning_words::{
     left_out, lens_off, likely_cause, many_outliers, misfit, moves, other_line, outlier_stretch,
     poorly_known, repeated_poses, repeated_robot_stamps, robot_moves, robot_samples_missing, robot_worse,
     stamp_steps, stripe_noise, stripes_disagree, stripes_stamped_apart, structured, unused_on_curve,
-    unusual_noise, wavy_seam, widened,
+    unusual_noise, wavy_plates, wavy_seam, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::confounded_causes::ConfoundedCause;
@@ -174,6 +174,11 @@ pub enum Warning {
         /// RMS over the scan, m.
         rms_m: f64,
     },
+    /// The plates have a form beyond their bow and twist, and their stripes give the answer.
+    WavyPlates {
+        /// RMS over the scan, m.
+        rms_m: f64,
+    },
     /// The arm is off its reported poses along this scan.
     RobotMoves {
         /// RMS over the scan, m.
@@ -324,6 +329,7 @@ impl Warning {
             Self::UnusualNoise { .. } => "unusual-noise",
             Self::StructuredResiduals { .. } => "structured-residuals",
             Self::WavySeam { .. } => "wavy-seam",
+            Self::WavyPlates { .. } => "wavy-plates",
             Self::RobotMoves { .. } => "robot-moves",
             Self::JointLags { .. } => "joint-lags",
             Self::ClockStep { .. } => "clock-step",
@@ -385,6 +391,7 @@ impl fmt::Display for Warning {
             }
             Self::StructuredResiduals { left } => structured(left),
             Self::WavySeam { rms_m } => wavy_seam(rms_m),
+            Self::WavyPlates { rms_m } => wavy_plates(rms_m),
             Self::RobotMoves { rms_m } => robot_moves(rms_m),
             Self::JointLags { rms_m } => joint_lags(rms_m),
             Self::ClockStep { at_s, step_s } => clock_step(at_s, step_s),

@@ -65,6 +65,10 @@ pub(super) fn wavy_seam(rms_m: f64) -> String {
     format!("the seam is wavy by {:.2} mm RMS; the ± include this", rms_m * MM_PER_M)
 }
 
+pub(super) fn wavy_plates(rms_m: f64) -> String {
+    format!("the plates are wavy by {:.2} mm RMS; the ± include this", rms_m * MM_PER_M)
+}
+
 pub(super) fn robot_moves(rms_m: f64) -> String {
     format!(
         "the arm is {:.2} mm RMS off its reported poses along this scan; the ± include this",

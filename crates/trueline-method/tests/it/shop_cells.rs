@@ -8,7 +8,8 @@
 
 use crate::shop_judge as judge;
 
-use trueline_dataset::Recording;
+use trueline_dataset::{Measured, Recording};
+use trueline_method::models::{Block, Role};
 use trueline_method::stripe::outcome::Because;
 use trueline_method::{Config, Measurements, Reason, Warning, calibrate};
 use trueline_sim::shop::{Level, Shop, ShopCell, ShopError};
@@ -116,7 +117,44 @@ fn stripes_in_a_shop_answer_as_truly_as_they_say() {
         let judged = judge::judged(&cell, &found);
         let (off, said) = (judged.true_mm().unwrap(), judged.said_mm.unwrap());
         assert!(judged.accepted && off < 3.0 * said, "{}", judged.in_words());
+        // The model of the answer is the first: that of the stripes. That of the seam points is beside it.
+        let [first, second, ..] = &found.findings.models_tried[..] else { panic!("{seed}") };
+        assert_eq!((first.measurements, second.measurements), (Measurements::Stripe, Measurements::Seam));
+        assert!(first.because.is_taken() && !second.because.is_taken(), "{first:?} {second:?}");
+        assert_eq!([Block::SeamForm, Block::Bow].map(|block| first.role(block)), [Role::Estimated; 2]);
+        // Two support points on each plate have a noise each; a seam point has two directions.
+        assert_eq!(found.findings.errors_found().unwrap().white.len(), 4);
     }
+}
+
+/// Checks are those of the answer. Spatter or another edge moves the seam points of a stretch, and the stripes beside them stay on the plates.
+#[test]
+fn seam_points_off_their_seam_say_nothing_against_the_answer_of_the_stripes() {
+    let mut cell = Shop { plates: true, ..Shop::new(Level::Ordinary, 7002) }.cast().unwrap();
+    let quarter = cell.recording.features.len() / 4;
+    for feature in &mut cell.recording.features[quarter..2 * quarter] {
+        match &mut feature.measured {
+            Measured::Pixel(pixel) => pixel[0] += 60.0,
+            Measured::Point(point) => point[1] += 6e-3,
+            Measured::Profile(point) => point[0] += 6e-3,
+        }
+    }
+    let with = |measurements: Measurements| {
+        calibrate(&cell.recording, None, &Config { measurements, ..Config::default() }).unwrap()
+    };
+    let is_of_seam_points = |warning: &Warning| {
+        matches!(
+            warning,
+            Warning::OtherLine { .. } | Warning::OutlierStretch { .. } | Warning::ManyOutliers { .. }
+        )
+    };
+    let seam = with(Measurements::Seam);
+    assert!(seam.warnings().iter().any(is_of_seam_points), "{:?}", seam.warnings());
+    let stripe = with(Measurements::Stripe);
+    assert!(!stripe.warnings().iter().any(is_of_seam_points), "{:?}", stripe.warnings());
+    let judged = judge::judged(&cell, &stripe);
+    let (off, said) = (judged.true_mm().unwrap(), judged.said_mm.unwrap());
+    assert!(judged.accepted && off < 3.0 * said, "{}", judged.in_words());
 }
 
 /// A curve can follow the lag of a robot and other errors of a straight seam. It must not take the place of a line.

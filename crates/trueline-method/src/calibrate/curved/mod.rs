@@ -18,7 +18,7 @@ use crate::curve::solve::READINGS_PER_KNOT;
 use crate::curve::spline::LEAST_CONTROL;
 use crate::error::Error;
 use crate::findings::Findings;
-use crate::models::Because;
+use crate::models::{Because, ModelTried};
 use crate::stripe::corners::with_corners;
 use crate::verdict::mistake::others_leave;
 use crate::verdict::{self, Reason};
@@ -240,7 +240,8 @@ fn alone(line: &Calibration) -> f64 {
 }
 
 fn with_curve_refused(mut line: Calibration, answer: &Answered) -> Calibration {
-    if let Some(first) = line.findings.models_tried.first().cloned() {
+    let of_points = |model: &&ModelTried| model.measurements == Measurements::Seam;
+    if let Some(first) = line.findings.models_tried.iter().find(of_points).cloned() {
         line.findings.models_tried.push(of_curve(&first, answer, Because::CurveNoBetter));
     }
     line

@@ -1,6 +1,7 @@
 //! Records of the models that were tried for a scan over a curve.
 
 use crate::assess::share::{Share, ShareOf};
+use crate::config::Measurements;
 use crate::curve::answer::Answered;
 use crate::findings::Findings;
 use crate::models::{Because, Block, ModelTried, Role, SeamModel};
@@ -44,10 +45,11 @@ pub(crate) fn models(findings: &Findings, answer: &Answered) -> Vec<ModelTried> 
             ModelTried { because, ..line.clone() }
         })
         .collect();
-    if let Some(first) = lines.first_mut() {
-        first.log_evidence = answer.curve.log_evidence[1];
-        let curve = of_curve(first, answer, Because::CurveExplains);
-        lines.insert(0, curve);
+    if let Some(line) = lines.iter_mut().find(|model| model.measurements == Measurements::Seam) {
+        line.log_evidence = answer.curve.log_evidence[1];
+        let used = findings.stripes.as_ref().map_or(Measurements::Seam, |stripes| stripes.used);
+        let curve = of_curve(line, answer, Because::CurveExplains);
+        lines.insert(0, ModelTried { measurements: used, ..curve });
     }
     lines
 }

@@ -174,6 +174,7 @@ impl Scan {
             apart: self.in_lengths(seam, &found.free.answer),
             noise_factor: found.free.answer.finished.factor,
             counts,
+            adjustment: None,
             explains_robot: false,
             seam: answer(seam),
             stripe: answer(&found.free.answer),
