@@ -87,9 +87,31 @@ impl Findings {
     /// off the seam where the plates seem to meet.
     #[must_use]
     pub(crate) fn outliers(&self) -> Outliers {
-        let ResidualSummary { outliers, used, .. } = self.fit.residuals;
         let of_stripes = self.used_stripes().map(|estimate| estimate.counts.outliers());
-        of_stripes.unwrap_or(Outliers { count: outliers, of: used })
+        of_stripes.unwrap_or_else(|| self.outliers_of_seam_points())
+    }
+
+    /// Outliers among the seam points.
+    #[must_use]
+    pub(crate) fn outliers_of_seam_points(&self) -> Outliers {
+        let ResidualSummary { outliers, used, .. } = self.fit.residuals;
+        Outliers { count: outliers, of: used }
+    }
+
+    /// Outliers of each seam among the measurements of the answer.
+    #[must_use]
+    pub(crate) fn outliers_of_lines(&self) -> Vec<Outliers> {
+        let of_stripes = self.used_stripes().and_then(|estimate| estimate.adjustment.as_ref());
+        if let Some(stripes) = of_stripes {
+            return stripes.of_joints.clone();
+        }
+        let mut of_lines = vec![Outliers::default(); self.unknowns.parameters.lines.len()];
+        for feature in &self.fit.features {
+            let own = &mut of_lines[feature.line as usize];
+            own.of += 1;
+            own.count += usize::from(feature.is_outlier());
+        }
+        of_lines
     }
 
     /// Estimated errors that are not noise, of the answer. `None` if it was not adjusted with them.
@@ -111,7 +133,7 @@ impl Findings {
         self.used_stripes().map(|estimate| estimate.noise_factor)
     }
 
-    fn used_stripes(&self) -> Option<&StripeEstimate> {
+    pub(crate) fn used_stripes(&self) -> Option<&StripeEstimate> {
         let used = self.stripes.as_ref().filter(|stripes| stripes.used != Measurements::Seam)?;
         used.estimate.as_deref()
     }

@@ -29,7 +29,7 @@ pub struct SeamGoal {
     pub shape: ShapeCovariance,
     /// Errors of the robot within a scan.
     pub robot: RobotSigmas,
-    /// Radius of the edge behind the seam points, m; zero for stripes, where two fitted lines cross.
+    /// Radius of the edge behind the seam points, m. It is not in stripes, where two fitted lines cross.
     pub edge_radius_m: f64,
     /// Bias of the feature per 10° of tilt, px (converted to m for sensors that report lengths, as in the estimator).
     pub bias_px: f64,

@@ -25,16 +25,31 @@ use nalgebra::{DMatrix, DVector};
 /// Cost of a frame that is left out: that of one at the cut of 5.5 standard deviations.
 const LEFT_OUT: f64 = 5.5 * 5.5;
 
-/// The stamp of each frame of an adjustment, s, and whether all of it was left out.
+/// The stamp of each frame of an adjustment, s, and whether it was left out.
 #[derive(Clone, Debug)]
 pub(crate) struct FramesUsed(Vec<(f64, bool)>);
 
 impl FramesUsed {
-    /// Whether most frames between two times, s, were left out.
+    /// Whether at least half of the frames between two times, s, were left out. Of two seams in a frame, one may be.
     #[must_use]
     pub(crate) fn leave_out(&self, [from_s, to_s]: [f64; 2]) -> bool {
         let there = || self.0.iter().filter(|(stamp_s, _)| (from_s..=to_s).contains(stamp_s));
-        2 * there().filter(|(_, is_out)| *is_out).count() > there().count()
+        2 * there().filter(|(_, is_out)| *is_out).count() >= there().count()
+    }
+
+    /// Counts the frames.
+    #[must_use]
+    pub(crate) fn outliers(&self) -> Outliers {
+        Outliers { count: self.0.iter().filter(|(_, is_out)| *is_out).count(), of: self.0.len() }
+    }
+
+    /// The same with frames that were left out, in whole or in part, before the adjustment: their stamps, s, rising.
+    #[must_use]
+    pub(crate) fn without(mut self, left_out_s: &[f64]) -> Self {
+        let is_out = |stamp_s: &f64| left_out_s.binary_search_by(|out_s| out_s.total_cmp(stamp_s)).is_ok();
+        self.0.retain(|(stamp_s, _)| !is_out(stamp_s));
+        self.0.extend(left_out_s.iter().map(|stamp_s| (*stamp_s, true)));
+        self
     }
 }
 
@@ -192,9 +207,7 @@ fn frames_used<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
 ) -> FramesUsed {
     let frames = adjustment.scan.frames(&adjustment.at);
     let of = |(frame, weight): (&Option<Frame<ROWS, LOCAL>>, &f64)| {
-        let frame = frame.as_ref()?;
-        let is_out = *weight == 0.0 || !frame.is_there.contains(&true);
-        Some((frame.stamp_s, is_out))
+        Some((frame.as_ref()?.stamp_s, *weight == 0.0))
     };
     FramesUsed(frames.iter().zip(&adjustment.weights.of).filter_map(of).collect())
 }
@@ -297,7 +310,6 @@ fn amplitudes<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
     let thetas = |of: fn(&Kind) -> bool| {
         blocks.iter().filter(move |block| of(&block.kind)).map(|block| block.amplitude.theta.sqrt())
     };
-    let targets = adjustment.at.targets().max(1);
     let is_robot = |kind: &Kind| matches!(kind, Kind::Robot(_));
     // A seam that is stated to be nearly straight may still have the usual waviness.
     let of_usual = (settings.waviness_m / ASSUMED_WAVINESS_M).min(1.0);
@@ -309,7 +321,6 @@ fn amplitudes<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize>(
         white: rows().map(|row| adjustment.sigmas[row] * settings.noise_factor).collect(),
         lasting: rows().map(|row| adjustment.noise[row]).collect(),
         form_m: (form / f64::max(count, 1.0)).sqrt(),
-        form_sigma_m: (blocks.iter().map(Block::form_variance_m2).sum::<f64>() / targets as f64).sqrt(),
         forms: thetas(|kind| matches!(kind, Kind::Form { .. })).map(|form| form * of_usual).collect(),
         robot_m: (robot / f64::max(count, 1.0)).sqrt(),
         robot: thetas(is_robot).next(),

@@ -116,14 +116,6 @@ impl Block {
         self.amplitude.theta * self.own[k]
     }
 
-    /// Mean prior variance of a form's columns, m². 0 for other blocks.
-    #[must_use]
-    pub(crate) fn form_variance_m2(&self) -> f64 {
-        let Kind::Form { sigma_m, .. } = self.kind else { return 0.0 };
-        let mean = self.own.iter().sum::<f64>() / self.own.len().max(1) as f64;
-        self.amplitude.theta * mean * sigma_m * sigma_m
-    }
-
     /// Adds its columns for a frame: each residual in a row over all columns.
     pub(crate) fn fill<const ROWS: usize, const LOCAL: usize>(
         &self,

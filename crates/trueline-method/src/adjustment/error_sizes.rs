@@ -13,8 +13,6 @@ pub struct Amplitudes {
     pub lasting: Vec<Coloured>,
     /// RMS of the form of the seam, or of the plates, over the frames, m.
     pub form_m: f64,
-    /// Standard deviation of the form in one direction, m: what its columns are expected to be, given the scan.
-    pub form_sigma_m: f64,
     /// Size of each form relative to the expected one.
     pub forms: Vec<f64>,
     /// RMS of the robot's error at the measured point that the hand-eye transform does not absorb, m.
@@ -47,12 +45,10 @@ impl Amplitudes {
         self.step_s.is_some_and(|(step_s, sigma_s)| step_s.abs() > STEP_SIGMAS * sigma_s)
     }
 
-    /// Whether the residuals exceed what all errors together explain: correlated noise, form or robot are at their upper bound.
+    /// Whether form or robot exceed what they can be.
     #[must_use]
     pub fn are_beyond(&self) -> bool {
-        let is_no_noise = |(noise, white): (&Coloured, &f64)| white * noise.lasting().sqrt() > LARGEST_NOISE;
-        self.lasting.iter().zip(&self.white).all(is_no_noise)
-            || self.forms.iter().any(|form| *form > MOST_FORM)
+        self.forms.iter().any(|form| *form > MOST_FORM)
             || (self.robot_is_worst && self.robot_m > WORST_SHIFT_M)
     }
 
@@ -64,8 +60,6 @@ impl Amplitudes {
     }
 }
 
-/// Correlated residuals above this multiple of the expected noise are not noise.
-const LARGEST_NOISE: f64 = 20.0;
 /// Largest robot error along a scan that the hand-eye transform does not absorb, m.
 const WORST_SHIFT_M: f64 = 1e-3;
 /// A form above this multiple of the expected size belongs to another seam.

@@ -34,7 +34,7 @@ pub(crate) mod form;
 mod known_before;
 mod neighbours;
 mod noise_search;
-mod pose_noise;
+pub(crate) mod pose_noise;
 pub(crate) mod seam_points;
 pub(crate) mod settings;
 pub(crate) mod sights;

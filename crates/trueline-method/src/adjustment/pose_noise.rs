@@ -8,7 +8,7 @@ use crate::adjustment::sights::{Frame, Sights};
 use nalgebra::{DMatrix, SMatrix};
 
 /// Largest share of noise in an information. First-order theory fails where errors are as large as the motion.
-const MOST_NOISE: f64 = 0.5;
+pub(crate) const MOST_NOISE: f64 = 0.5;
 
 impl<S: Sights<ROWS, LOCAL>, const ROWS: usize, const LOCAL: usize> Adjustment<S, ROWS, LOCAL> {
     /// The covariance of all columns at the end, by the information of the motion alone. With C = L Lᵀ that of the free unknowns and Lᵀ N L = V Λ Vᵀ

@@ -120,7 +120,7 @@ pub(crate) struct Frame<const ROWS: usize, const LOCAL: usize> {
     pub base_from_tool: Pose,
     /// Velocity of the tool's origin, m/s, and angular velocity, rad/s, axes of base.
     pub twist: [Vector3<f64>; 2],
-    /// Unit vector from the target to the sensor's origin, perpendicular to the seam, axes of base.
+    /// Unit vector from the target to the sensor's origin, perpendicular to the seam, axes of base. Of plates the normal of the first.
     pub towards_sensor: Vector3<f64>,
     /// The axes across the seam in base.
     pub across: [Vector3<f64>; 2],

@@ -73,6 +73,12 @@ pub struct RobotField {
 }
 
 impl RobotField {
+    /// The same over the same poses for errors of another size.
+    #[must_use]
+    pub(crate) fn of_size(self, sigmas: RobotSigmas) -> Self {
+        Self { sigmas, ..self }
+    }
+
     /// For a robot on a path. `None` for an ideal robot.
     #[must_use]
     pub fn new(sigmas: RobotSigmas, path: &[Pose]) -> Option<Self> {

@@ -7,7 +7,6 @@ use crate::assess::observability::Group;
 use crate::assess::outlier_segments;
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::seam_error::{self, SeamError, SharedError};
-use crate::axes::finding as axes;
 use crate::axes::finding::{self, sigmas_before};
 use crate::calibrate::answered::{Answered, take};
 use crate::calibrate::basins::{Basin, beside_rivals, likelier};
@@ -202,7 +201,7 @@ pub(crate) fn take_adjusted(
     (findings.fit.widened_by, findings.checks.held_out) = (None, None);
     let noise_covariance = from.with_time_offset_widened(answer.noise.clone());
     let covariance = answer.covariance() - &answer.noise + &noise_covariance;
-    findings.axes = axes::of_all(from.recording, &answer.at.lines, answer.axes.as_ref());
+    findings.axes = finding::of_all(from.recording, &answer.at.lines, answer.axes.as_ref());
     let observability = findings.unknowns.observability.clone().bounded(&covariance);
     let (config, observations) = (from.settings.config, &from.assessed.drift_free.observations);
     let (features, skipped) = residuals_of(problem, with_axes.as_ref(), &answer.at);

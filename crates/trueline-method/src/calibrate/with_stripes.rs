@@ -2,7 +2,7 @@
 
 use crate::adjustment::settings::Settings;
 use crate::assess::levels::SystematicLevels;
-use crate::assess::robot_field::RobotField;
+use crate::assess::robot_field::{RobotField, RobotSigmas};
 use crate::assess::seam_error::SeamError;
 use crate::assess::share::Share;
 use crate::calibrate::answered::{Answered, take};
@@ -77,9 +77,12 @@ fn of_stripes(
         Some(lagging) => (lagging, lag_s),
         None => (&from.assessed.drift_free.observations, 0.0),
     };
+    let recorded = &from.assessed.drift_free.observations;
+    let field = field(from, errors);
     estimate::estimate(&SeamEstimate {
         recording: from.recording,
         observations,
+        recorded,
         robot_times_s: from.sampling.robot_times_s(from.dejittered),
         settings: from.settings,
         fit: &from.assessed.drift_free.fit,
@@ -95,7 +98,7 @@ fn of_stripes(
         adjustment: Settings {
             lag_s,
             joint_lags_s: amplitudes.and_then(|found| found.joint_lags_m).map_or(0.0, |_| JOINT_LAGS_S),
-            field: errors.field.as_ref(),
+            field: field.as_ref(),
             // An edge point lies in the light of its stripe, whatever the radius of the edge is.
             levels: SystematicLevels { robot: from.robot_taken, edge_radius_m: 0.0, ..from.levels },
             ..from.adjustment(&held_sigmas, &[])
@@ -104,6 +107,14 @@ fn of_stripes(
         robot_seems_worse: from.robot_seems.is_some(),
         widened: &|covariance| from.with_time_offset_widened(covariance),
     })
+}
+
+/// The robot's errors, of the assumed size. Where seam points show larger ones, the stripes test whether these are the robot's: whether they need
+/// clearly more than that size, or, of a robot that is stated to be ideal, clearly more than the seam points.
+fn field(from: &Concluded<'_>, errors: &SeamErrors) -> Option<RobotField> {
+    let of_seam = errors.field.clone()?;
+    let is_ideal = from.robot_taken == RobotSigmas::default();
+    Some(if is_ideal { of_seam } else { of_seam.of_size(from.robot_taken) })
 }
 
 /// The answer of the stripes, and its predicted error of a later seam point.

@@ -3,6 +3,7 @@
 use crate::adjustment::answer::{self, adjust_sights};
 use crate::adjustment::settings::Settings;
 use crate::assess::observability::RANK_THRESHOLD;
+use crate::assess::outliers::Outliers;
 use crate::assess::robot_accuracy::WORSE;
 use crate::assess::robot_field::OfRobot;
 use crate::assess::seam_error::{self, SharedError};
@@ -32,7 +33,7 @@ use crate::stripe::seam_of_straight_lines::moved_without_forms;
 use crate::stripe::state::StripeState;
 use crate::stripe::whitening::SharedNoise;
 use crate::stripe::{as_seam, flat_rank, motion_information, planes, shown, start};
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 use trueline_dataset::Recording;
 use trueline_geometry::Trajectory;
@@ -45,8 +46,10 @@ type Adjusted = answer::Answer<StripeState>;
 pub(crate) struct SeamEstimate<'a> {
     /// The recording.
     pub recording: &'a Recording,
-    /// Its seam points, with the stamps used.
+    /// Its seam points, with the stamps used and the path of the stripes: behind the recorded poses if these are commanded ones.
     pub observations: &'a Observations,
+    /// The same with the path of the fit.
+    pub recorded: &'a Observations,
     /// The robot stamps used, s.
     pub robot_times_s: &'a [f64],
     /// Settings of the fit.
@@ -160,7 +163,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         fixed: &fixed,
     };
     let fit = solver.fit(begin).map_err(|_| NoPlates::NoPlane)?;
-    let OutlierCounts { stripes, rejected_stripes: rejected, .. } = fit.counts;
+    let OutlierCounts { stripes, rejected_stripes: rejected, .. } = fit.rejected.counts;
     if 2 * rejected > stripes {
         return Err(NoPlates::Scattered { rejected, stripes });
     }
@@ -183,7 +186,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     }
     let of_seam = Errors { noise: seam.noise, shares: seam.shares };
     let errors = Errors { noise: &noise, shares: &shares };
-    let by_forms = || moved_without_forms((observations, settings), seam.fit, &frames.list, &adjusted.at);
+    let by_forms = || moved_without_forms((seam.recorded, settings), seam.fit, &frames.list, &adjusted.at);
     let sigmas_apart = agreement::unexplained((&seam.answer, &of_seam), (&stripe, &errors), by_forms);
     let (noise_factor, robot) = (adjusted.amplitudes.noise_times(), adjusted.amplitudes.robot);
     Ok(StripeEstimate {
@@ -191,21 +194,39 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         angles,
         steps,
         sigmas_apart,
-        apart: in_lengths(observations, &seam.answer.parameters, &stripe.parameters),
+        apart: {
+            let points = observations.list.iter().map(|o| o.point_in_camera);
+            let of = |at: &Parameters| (at.time_offset_s, at.tool_from_camera);
+            Apart::at(points, [&seam.answer.parameters, &stripe.parameters].map(of))
+        },
         noise_factor,
-        counts: fit.counts,
-        adjustment: Some(StripeAdjustment {
-            blocks: adjusted.blocks,
-            log_evidence: -0.5 * adjusted.twice_negative_log,
-            noise_factor: fit.noise_factor,
-            frames: adjusted.frames,
-            amplitudes: adjusted.amplitudes,
-        }),
-        explains_robot: seam.robot_seems_worse && robot.is_none_or(|robot| robot < WORSE),
+        counts: fit.rejected.counts,
+        adjustment: Some(adjustment(&fit, adjusted)),
+        explains_robot: seam.robot_seems_worse && robot.is_some_and(|robot| robot < WORSE),
         seam: seam.answer.clone(),
         stripe,
         of_robot,
     })
+}
+
+/// The errors that an adjustment found, with everything that it or the fit before it left out.
+fn adjustment(fit: &StripeFit<'_>, adjusted: Adjusted) -> StripeAdjustment {
+    let (before, mut amplitudes) = (adjusted.frames.outliers(), adjusted.amplitudes);
+    // The adjustment takes one frame in several of a long scan.
+    let every = fit.problem.frames.len().div_ceil(before.of.max(1)).max(1);
+    let left_out_s: Vec<f64> = fit.rejected.stamps_s.iter().copied().step_by(every).collect();
+    let frames = adjusted.frames.without(&left_out_s);
+    amplitudes.out = frames.outliers();
+    let own = amplitudes.outliers.count + amplitudes.out.count.saturating_sub(before.count);
+    amplitudes.outliers = Outliers { count: own, of: amplitudes.out.of };
+    StripeAdjustment {
+        blocks: adjusted.blocks,
+        log_evidence: -0.5 * adjusted.twice_negative_log,
+        noise_factor: fit.noise_factor,
+        of_joints: fit.rejected.of_joints.clone(),
+        frames,
+        amplitudes,
+    }
 }
 
 /// The information of the motion, and that of flat plates without the attitudes' noise. `None` if it has no directions.
@@ -271,8 +292,8 @@ fn in_seam(
         levels: seam.adjustment.levels,
         speed_m_s: seam.settings.config.used_at.speed_m_s,
     };
-    let list = seam.fit.placed.of(seam.observations);
-    let seam_error = || seam_error::of_shares(seam.observations, list, &parameters, &sources);
+    let list = seam.fit.placed.of(seam.recorded);
+    let seam_error = || seam_error::of_shares(seam.recorded, list, &parameters, &sources);
     let answer = Answer {
         seam_error: all_seen.then(seam_error).flatten(),
         covariance: &slope * adjusted.covariance() * slope.transpose() + stamps,
@@ -282,15 +303,4 @@ fn in_seam(
     };
     let of_robot = adjusted.of_robot().map(|robot| OfRobot { columns: &slope * robot.columns, ..robot });
     Some(InSeam { answer, noise, shares, of_robot })
-}
-
-/// Distance of two answers: in time, and at the middle of the visible part.
-fn in_lengths(observations: &Observations, one: &Parameters, other: &Parameters) -> Apart {
-    let points = || observations.list.iter().map(|o| o.point_in_camera);
-    let middle = points().sum::<Vector3<f64>>() / points().count().max(1) as f64;
-    let in_tool = |of: &Parameters| of.tool_from_camera.transform_point(&middle.into());
-    Apart {
-        time_offset_s: other.time_offset_s - one.time_offset_s,
-        point_m: (in_tool(other) - in_tool(one)).norm(),
-    }
 }

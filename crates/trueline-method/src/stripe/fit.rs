@@ -3,7 +3,7 @@
 use crate::input::observations::Observations;
 use crate::input::shape_prior::ShapePrior;
 use crate::stripe::frames::StripeFrame;
-use crate::stripe::outlier_counts::OutlierCounts;
+use crate::stripe::outlier_counts::Rejected;
 use crate::stripe::problem::StripeProblem;
 use crate::stripe::state::StripeState;
 use crate::stripe::whitening::{SharedNoise, Weighed, weigh};
@@ -30,8 +30,8 @@ pub struct StripeFit<'a> {
     pub solution: Solution<StripeState>,
     /// Noise factor: noise divided by the expected noise.
     pub noise_factor: f64,
-    /// Counts of used and rejected measurements.
-    pub counts: OutlierCounts,
+    /// Rejected measurements.
+    pub rejected: Rejected,
     /// Whether the weights have settled.
     pub is_settled: bool,
 }
@@ -61,8 +61,8 @@ impl<'a> StripeSolver<'a> {
     pub(crate) fn fit(&self, start: StripeState) -> Result<StripeFit<'a>, SolveError> {
         let (round, state, is_settled) = self.settled(start)?;
         let solution = self.solved(&round, state, FINE)?;
-        let Round { problem, noise_factor, counts } = round;
-        Ok(StripeFit { problem, solution, noise_factor, counts, is_settled })
+        let Round { problem, noise_factor, rejected } = round;
+        Ok(StripeFit { problem, solution, noise_factor, rejected, is_settled })
     }
 
     /// The problem with converged weights, its optimum, and whether the weights converged.
@@ -84,7 +84,7 @@ impl<'a> StripeSolver<'a> {
 
     /// The problem with the weights at a state.
     fn weighed(&self, state: &StripeState) -> Round<'a> {
-        let Weighed { frames, counts, factor } =
+        let Weighed { frames, rejected, factor } =
             weigh(self.observations, self.frames, state, &self.shared, &self.loss);
         let problem = StripeProblem {
             observations: self.observations,
@@ -92,7 +92,7 @@ impl<'a> StripeSolver<'a> {
             unknowns: state.unknowns(),
             shape_prior: self.shape_prior,
         };
-        Round { problem, noise_factor: factor, counts }
+        Round { problem, noise_factor: factor, rejected }
     }
 
     fn solved(
@@ -111,7 +111,7 @@ impl<'a> StripeSolver<'a> {
 struct Round<'a> {
     problem: StripeProblem<'a>,
     noise_factor: f64,
-    counts: OutlierCounts,
+    rejected: Rejected,
 }
 
 impl StripeFit<'_> {

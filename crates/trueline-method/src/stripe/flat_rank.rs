@@ -11,10 +11,10 @@
 //!
 //! Only unknowns without a prior are tested. The others follow.
 
+use crate::adjustment::pose_noise::MOST_NOISE;
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::stripe::frame_residual::{FrameGradients, linearize_frame};
 use crate::stripe::frame_sums::FrameSums;
-use crate::stripe::motion_information::MOST_NOISE;
 use crate::stripe::problem::StripeProblem;
 use crate::stripe::state::StripeState;
 use crate::stripe::weighed_frame::WeighedFrame;

@@ -9,6 +9,7 @@
 //! H₀ is the common part of the Jacobians of two paths, one by every other sample and one by those between. Both have the same motion and
 //! independent noise.
 
+use crate::adjustment::pose_noise::MOST_NOISE;
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::problem::placement::placement_at;
 use crate::stripe::fit::StripeFit;
@@ -25,8 +26,6 @@ use trueline_model::Placement;
 
 /// Maximum number of frames evaluated. Beyond it every n-th frame is used.
 const MOST_FRAMES: usize = 800;
-/// Noise share from which a direction is unobservable. First-order theory fails where errors are as large as the motion.
-pub(crate) const MOST_NOISE: f64 = 0.5;
 
 /// The times at which the halves of the robot's path are evaluated, s, rising.
 #[must_use]

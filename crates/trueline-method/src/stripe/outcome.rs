@@ -3,6 +3,7 @@
 use crate::adjustment::answer::FramesUsed;
 use crate::adjustment::error_sizes::Amplitudes;
 use crate::assess::observability::Observability;
+use crate::assess::outliers::Outliers;
 use crate::assess::robot_field::OfRobot;
 use crate::assess::seam_error::SeamError;
 use crate::config::Measurements;
@@ -12,8 +13,9 @@ use crate::models::Block;
 use crate::problem::parameters::Parameters;
 use crate::stripe::outlier_counts::OutlierCounts;
 use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Point3, Vector3};
 use std::collections::BTreeMap;
+use trueline_geometry::Pose;
 
 /// Answers that differ by more standard deviations than this disagree.
 pub(crate) const AGREEMENT_SIGMAS: f64 = 3.0;
@@ -122,7 +124,9 @@ pub struct StripeAdjustment {
     pub(crate) log_evidence: f64,
     /// Noise factor of the fit that it started at.
     pub(crate) noise_factor: f64,
-    /// The frames of its measurements.
+    /// Outliers of each joint.
+    pub(crate) of_joints: Vec<Outliers>,
+    /// Its frames. One with a rejected stripe or edge point counts as left out.
     pub(crate) frames: FramesUsed,
 }
 
@@ -133,6 +137,21 @@ pub struct Apart {
     pub time_offset_s: f64,
     /// Distance of the middle of the visible part, placed by both, in the tool, m.
     pub point_m: f64,
+}
+
+impl Apart {
+    /// Of two answers, each a time offset, s, and a hand-eye transform, at the middle of points in the camera, m.
+    #[must_use]
+    pub(crate) fn at(points: impl Iterator<Item = Vector3<f64>>, [one, other]: [(f64, Pose); 2]) -> Self {
+        let mut middle = Vector3::zeros();
+        let mut count = 0.0;
+        points.for_each(|point| (middle, count) = (middle + point, count + 1.0));
+        let middle = Point3::from(middle / f64::max(count, 1.0));
+        Self {
+            time_offset_s: other.0 - one.0,
+            point_m: (other.1.transform_point(&middle) - one.1.transform_point(&middle)).norm(),
+        }
+    }
 }
 
 /// Answers that differ by more standard deviations contradict each other: one is wrong by more than any stated uncertainty allows.

@@ -1,4 +1,4 @@
-//! Counts of used and rejected stripes and edge points.
+//! Used and rejected stripes and edge points.
 
 use crate::assess::outliers::Outliers;
 
@@ -34,6 +34,40 @@ impl OutlierCounts {
         Outliers {
             count: self.rejected_stripes + self.rejected_edge_points,
             of: self.stripes + self.edge_points,
+        }
+    }
+}
+
+/// Rejected measurements of a scan.
+#[derive(Clone, Debug, Default)]
+pub struct Rejected {
+    /// Counts over the scan.
+    pub counts: OutlierCounts,
+    /// Outliers of each joint.
+    pub of_joints: Vec<Outliers>,
+    /// Stamps of frames in which a stripe or the edge point was rejected, s.
+    pub stamps_s: Vec<f64>,
+}
+
+impl Rejected {
+    /// Adds a frame of a joint: of each plate and the edge point whether it is kept, `None` if it is missing.
+    pub(crate) fn add(
+        &mut self,
+        (joint, stamp_s): (usize, f64),
+        plates: &[Option<bool>],
+        edge: Option<bool>,
+    ) {
+        plates.iter().for_each(|kept| self.counts.add(false, *kept));
+        self.counts.add(true, edge);
+        if self.of_joints.len() <= joint {
+            self.of_joints.resize(joint + 1, Outliers::default());
+        }
+        let measured = || plates.iter().chain([&edge]).flatten();
+        let rejected = measured().filter(|kept| !**kept).count();
+        self.of_joints[joint].of += measured().count();
+        self.of_joints[joint].count += rejected;
+        if rejected > 0 {
+            self.stamps_s.push(stamp_s);
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::stripe::frame_residual::{
     EDGE_ROW, FrameResidual, ROWS, linearize_frame, placement, residual_of_frame,
 };
 use crate::stripe::frames::{Sight, StripeFrame};
-use crate::stripe::outlier_counts::OutlierCounts;
+use crate::stripe::outlier_counts::Rejected;
 use crate::stripe::state::StripeState;
 use crate::stripe::target::EDGE;
 use crate::stripe::weighed_frame::{PoseError, WeighedFrame};
@@ -33,8 +33,8 @@ pub struct SharedNoise {
 pub struct Weighed {
     /// The frames used.
     pub frames: Vec<WeighedFrame>,
-    /// Counts of used and rejected measurements.
-    pub counts: OutlierCounts,
+    /// Rejected measurements.
+    pub rejected: Rejected,
     /// The estimated noise factor.
     pub factor: f64,
 }
@@ -53,13 +53,13 @@ pub fn weigh(
     shared: &SharedNoise,
     loss: &Loss,
 ) -> Weighed {
-    let mut counts = OutlierCounts::default();
+    let mut rejected = Rejected::default();
     let mut placed: Vec<(&StripeFrame, FrameResidual)> = Vec::with_capacity(frames.len());
     for frame in frames {
         let Some(placement) = placement(observations, frame.stamp_s, at) else { continue };
         match linearize_frame(observations, frame, at, &placement) {
             Some((parts, _)) => placed.push((frame, parts)),
-            None => counts.along_sheet += frame.stripes(),
+            None => rejected.counts.along_sheet += frame.stripes(),
         }
     }
     let expected = SharedNoise { levels: NoiseLevels { factor: 1.0, ..shared.levels }, ..*shared };
@@ -71,14 +71,13 @@ pub fn weigh(
     let factor = noise_factor(&of_plates).max(LEAST_FACTOR);
     let rougher = edge_factor(&edges(&placed, &expected), factor);
     let scaled = SharedNoise { levels: NoiseLevels { factor, ..shared.levels }, ..*shared };
-    let mut all = Weighed { frames: Vec::with_capacity(placed.len()), counts, factor };
+    let mut all = Weighed { frames: Vec::with_capacity(placed.len()), rejected, factor };
     for (frame, parts) in &placed {
         let covariance = covariance(frame, parts, &scaled, rougher);
         let squared = squares(frame, parts, &covariance, rougher);
         let weights = squared.map(|squared| squared.map_or(0.0, |squared| loss.weight(squared)));
-        for (block, (squared, weight)) in squared.iter().zip(weights).enumerate() {
-            all.counts.add(block == EDGE, squared.map(|_| weight > 0.0));
-        }
+        let kept: [Option<bool>; BLOCKS] = std::array::from_fn(|k| squared[k].map(|_| weights[k] > 0.0));
+        all.rejected.add((frame.joint, frame.stamp_s), &kept[..EDGE], kept[EDGE]);
         let own = [0, 1, 2].map(|block| Some(own(frame, parts, block, rougher)? * factor.powi(2)));
         if let Some((whitener, rows)) = whitener(&own, &covariance, weights) {
             let pose_error = pose_error(observations, frame, (parts, &whitener), at, &scaled);

@@ -10,6 +10,7 @@ mod reject;
 mod sensor_words;
 pub(crate) mod stepped_stretch;
 mod stream_name;
+mod usable;
 mod warn;
 mod warning;
 mod warning_words;

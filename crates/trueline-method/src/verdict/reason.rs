@@ -100,7 +100,7 @@ pub enum Reason {
         /// Number of stops, if so few may be the cause.
         few_stops: Option<usize>,
     },
-    /// Too few of the features could be used.
+    /// Too few of the measurements could be used.
     TooFewUsed {
         /// Number of usable features.
         used: usize,

@@ -129,7 +129,7 @@ pub(super) fn too_few_used([used, features]: [usize; 2], mostly: Skip, count: us
         Skip::Outside => "; do both streams cover the scan, stamped by one clock?",
         _ => "",
     };
-    format!("only {used} of {features} features could be used; {count}: {mostly}{question}")
+    format!("only {used} of {features} measurements could be used; {count}: {mostly}{question}")
 }
 
 pub(super) fn line_of_outliers(line: u32, Outliers { count, of }: Outliers) -> String {

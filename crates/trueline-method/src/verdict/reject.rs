@@ -1,12 +1,11 @@
 //! The criteria for acceptance.
 
-use super::limits::{
-    COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MANY_SKIPPED, MOST_NOISE_FACTOR, MOST_OFF_CURVE, OUTLIERS,
-};
+use super::limits::{COARSE_STAMPS, MOST_NOISE_FACTOR, MOST_OFF_CURVE, OUTLIERS};
 use super::mistake::{self, residuals_are_too_large};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
 use super::stepped_stretch;
+use super::usable::{beyond_the_window, too_few_used};
 use crate::adjustment::error_sizes::Amplitudes;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::outliers::Outliers;
@@ -201,7 +200,9 @@ const FEW_STOPS: usize = 15;
 fn too_large(f: &Findings) -> Reason {
     let of_stripes = f.stripe_noise_factor().unwrap_or(0.0);
     let of_adjustment = f.adjusted().map_or(0.0, Amplitudes::noise_times);
-    let noise_factor = f.fit.noise_factor.max(of_stripes).max(of_adjustment);
+    let is_of_seam_points = f.adjusted().is_none() || f.stripe_noise_factor().is_none();
+    let of_fit = if is_of_seam_points { f.fit.noise_factor } else { 0.0 };
+    let noise_factor = of_fit.max(of_stripes).max(of_adjustment);
     // At stops the time offset is held because it does not exist.
     let is_absent = |held: &Hold| f.config.at_stops && *held == Hold::TimeOffset;
     let is_held = f.config.hold.iter().any(|held| !is_absent(held));
@@ -251,18 +252,11 @@ fn contradicted(f: &Findings) -> Vec<Reason> {
 
 /// Lines with a majority of outliers, if the scan has other lines as well.
 fn lines_of_outliers(f: &Findings) -> Vec<Reason> {
-    let count = f.unknowns.parameters.lines.len();
-    if count < 2 || mistake::most_are_outliers(f) {
+    if f.unknowns.parameters.lines.len() < 2 || mistake::most_are_outliers(f) {
         return Vec::new();
     }
-    let mut of_lines = vec![Outliers::default(); count];
-    for feature in &f.fit.features {
-        let own = &mut of_lines[feature.line as usize];
-        own.of += 1;
-        own.count += usize::from(feature.is_outlier());
-    }
     let is_of_few = |outliers: &Outliers| 2 * outliers.count > outliers.of;
-    let numbered = (0..).zip(of_lines).filter(|(_, outliers)| is_of_few(outliers));
+    let numbered = (0..).zip(f.outliers_of_lines()).filter(|(_, outliers)| is_of_few(outliers));
     numbered.map(|(line, outliers)| Reason::LineOfOutliers { line, outliers }).collect()
 }
 
@@ -327,32 +321,6 @@ fn answers(f: &Findings) -> Vec<Answer> {
         statements: rival.statements.clone(),
     });
     std::iter::once(own).chain(others).collect()
-}
-
-fn too_few_used(f: &Findings) -> Option<Reason> {
-    let (used, features) = (f.fit.residuals.used, f.streams.features);
-    let share = used as f64 / features as f64;
-    let badly = share < LEAST_USED_BADLY.0 && f.fit.noise_factor > LEAST_USED_BADLY.1;
-    if share >= LEAST_USED && !badly {
-        return None;
-    }
-    let (mostly, mostly_count) = f.fit.residuals.skipped.iter().max_by_key(|(_, count)| **count)?;
-    Some(Reason::TooFewUsed { used, features, mostly: *mostly, mostly_count: *mostly_count })
-}
-
-/// An answer outside the search window must explain the whole scan. Otherwise it may be an alias of a repeating path, with part of the features
-/// outside the robot's recording.
-fn beyond_the_window(f: &Findings) -> Option<Reason> {
-    let is_beyond = f.unknowns.parameters.time_offset_s.abs() > f.config.offset_search_s;
-    let (mostly, mostly_count) = f.fit.residuals.skipped.iter().max_by_key(|(_, count)| **count)?;
-    let (used, features) = (f.fit.residuals.used, f.streams.features);
-    let is_part = *mostly_count * MANY_SKIPPED > features;
-    (is_beyond && is_part).then_some(Reason::TooFewUsed {
-        used,
-        features,
-        mostly: *mostly,
-        mostly_count: *mostly_count,
-    })
 }
 
 fn broken_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Reason> {

@@ -161,7 +161,8 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Warning> {
     }
     warnings.extend(f.stripes.as_ref().into_iter().flat_map(of_stripes));
     let skipped = &f.fit.residuals.skipped;
-    if skipped.values().sum::<usize>() * MANY_SKIPPED > f.streams.features {
+    let is_of_seam_points = f.stripe_noise_factor().is_none();
+    if is_of_seam_points && skipped.values().sum::<usize>() * MANY_SKIPPED > f.streams.features {
         warnings.push(Warning::FeaturesSkipped { skipped: skipped.clone() });
     }
     warnings.extend(f.checks.outlier_segments.iter().map(|segment| left_out(f, segment)));

@@ -157,6 +157,24 @@ fn seam_points_off_their_seam_say_nothing_against_the_answer_of_the_stripes() {
     assert!(judged.accepted && off < 3.0 * said, "{}", judged.in_words());
 }
 
+/// A stretch that the stripes leave out too is named: the robot's stream froze.
+#[test]
+fn a_stretch_that_the_stripes_leave_out_is_named() {
+    let mut cell = Shop { plates: true, ..Shop::new(Level::Ordinary, 7002) }.cast().unwrap();
+    let robot = &mut cell.recording.robot;
+    let frozen = 3 * robot.len() / 4;
+    let pose = robot[frozen - 1].base_from_tool;
+    robot[frozen..].iter_mut().for_each(|sample| sample.base_from_tool = pose);
+    let config = Config { measurements: Measurements::Stripe, ..Config::default() };
+    let stripe = calibrate(&cell.recording, None, &config).unwrap();
+    let is_frozen = stripe.reasons().iter().any(|reason| matches!(reason, Reason::RobotStreamFroze { .. }));
+    let is_out = stripe.warnings().iter().any(|warning| matches!(warning, Warning::OutlierStretch { .. }));
+    assert!(is_frozen || is_out, "{:?} {:?}", stripe.reasons(), stripe.warnings());
+    // A quarter of the frames is left out.
+    let out = stripe.findings.errors_found().unwrap().out.share();
+    assert!((0.15..0.4).contains(&out), "{out}");
+}
+
 /// A curve can follow the lag of a robot and other errors of a straight seam. It must not take the place of a line.
 #[test]
 fn a_straight_seam_in_a_shop_is_not_mistaken_for_a_curve() {

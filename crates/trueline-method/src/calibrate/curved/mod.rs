@@ -228,7 +228,7 @@ fn is_better(line: &Calibration, answer: &Answered) -> bool {
         // The best line is the reference. The line from a bad guess is not.
         return is_of_size && answer.finished.factor < SMALLER * best;
     }
-    let explains_more = line.findings.outliers().share() > answer.share_off() + MORE_OF_IT;
+    let explains_more = line.findings.outliers_of_seam_points().share() > answer.share_off() + MORE_OF_IT;
     is_of_size && (explains_more || answer.finished.factor < SMALLER * own)
 }
 

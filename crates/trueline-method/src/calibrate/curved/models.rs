@@ -46,6 +46,7 @@ pub(crate) fn models(findings: &Findings, answer: &Answered) -> Vec<ModelTried> 
         })
         .collect();
     if let Some(line) = lines.iter_mut().find(|model| model.measurements == Measurements::Seam) {
+        line.because = Because::LineRefused;
         line.log_evidence = answer.curve.log_evidence[1];
         let used = findings.stripes.as_ref().map_or(Measurements::Seam, |stripes| stripes.used);
         let curve = of_curve(line, answer, Because::CurveExplains);

@@ -17,7 +17,7 @@ use crate::stripe::agreement::sigmas_apart;
 use crate::stripe::frames::{Sight, StripeFrames, Support, frames};
 use crate::stripe::outcome::{AGREEMENT_SIGMAS, Answer, Apart, Because, StripeEstimate, StripeOutcome};
 use crate::stripe::outlier_counts::OutlierCounts;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector};
 use trueline_dataset::{Guess, Recording};
 
 /// An answer with what belongs to it.
@@ -171,7 +171,11 @@ impl Scan {
             angles: Vec::new(),
             steps: Vec::new(),
             sigmas_apart,
-            apart: self.in_lengths(seam, &found.free.answer),
+            apart: {
+                let points = self.readings.list.iter().map(|reading| reading.point);
+                let [one, other] = [seam.at(), found.free.answer.at()];
+                Apart::at(points, [one, other].map(|at| (at.time_offset_s, at.tool_from_camera)))
+            },
             noise_factor: found.free.answer.finished.factor,
             counts,
             adjustment: None,
@@ -179,17 +183,6 @@ impl Scan {
             seam: answer(seam),
             stripe: answer(&found.free.answer),
         })
-    }
-
-    /// Distance of two answers: in time, and at the middle of the visible part.
-    fn in_lengths(&self, one: &Answered, other: &Answered) -> Apart {
-        let points = || self.readings.list.iter().map(|reading| reading.point);
-        let middle = points().sum::<Vector3<f64>>() / points().count().max(1) as f64;
-        let in_tool = |of: &Answered| of.at().tool_from_camera.transform_point(&middle.into());
-        Apart {
-            time_offset_s: other.at().time_offset_s - one.at().time_offset_s,
-            point_m: (in_tool(other) - in_tool(one)).norm(),
-        }
     }
 }
 
