@@ -59,9 +59,9 @@ fn reason_values(reason: &Reason) -> Value {
             json!({ "time_offsets_s": answers.iter().map(|answer| answer.time_offset_s).collect::<Vec<_>>() })
         }
         Reason::NotConverged { termination } => json!({ "termination": termination.to_string() }),
-        Reason::SeamErrorTooLarge { rms_m, ceiling_m, mostly, share, weakest } => json!({
+        Reason::SeamErrorTooLarge { rms_m, ceiling_m, mostly, weakest } => json!({
             "weakest_in_tool": weakest.map(|(direction, _)| direction),
-            "rms_mm": rms_m * MM_PER_M, "ceiling_mm": ceiling_m * MM_PER_M, "mostly": mostly, "share": share,
+            "rms_mm": rms_m * MM_PER_M, "ceiling_mm": ceiling_m * MM_PER_M, "mostly": mostly.name, "share": mostly.share,
         }),
         Reason::ResidualsTooLarge { noise_factor, .. } => json!({ "noise_factor": noise_factor }),
         Reason::SensorOff { shape, instead, beyond_stated } => {

@@ -34,6 +34,7 @@ pub mod evaluation_page;
 pub mod evaluation_summary;
 pub mod export;
 pub mod facts;
+mod markup;
 pub mod number;
 pub mod page;
 pub mod picture_page;

@@ -351,7 +351,7 @@ pub(crate) struct DoctorArgs {
     /// Write the dataset without the mistake that was found, to a new folder
     #[arg(long, value_name = "OUT")]
     pub(crate) fix: Option<PathBuf>,
-    /// Time limit after which no further trial starts, s
+    /// Time limit after the fit of the data as they are, s; then no further trial starts
     #[arg(long, value_name = "SECONDS", default_value_t = 12.0, value_parser = crate::args::number::seconds)]
     pub(crate) longest_s: f64,
     /// Replace the folder of --fix if it has trueline's files alone; it is kept as FIX.replaced-1

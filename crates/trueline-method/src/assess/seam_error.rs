@@ -34,23 +34,45 @@ pub struct SeamError {
 }
 
 impl SeamError {
-    /// The name of the largest part, and its share of the variance.
+    /// The largest part.
     #[must_use]
-    pub fn mostly(&self) -> (&'static str, f64) {
+    pub fn mostly(&self) -> Largest {
         let budget = self.budget_m;
         let parts = [
-            ("the noise of the scan", budget.noise),
-            ("the stamps", budget.stamps),
-            ("the sensor's own calibration", budget.sensor),
-            ("the robot's accuracy", budget.robot),
-            ("the seam's form", budget.seam_form),
-            ("the detector's bias with the tilt", budget.feature_bias.hypot(budget.detector)),
-            ("the quantities held fixed", budget.held),
-            ("the radius of the edge", budget.edge_radius),
-            ("the robot's lag behind its poses", budget.pose_lag),
+            ("the noise of the scan", SCAN_LONGER, budget.noise),
+            ("the stamps", "record the devices' own time stamps", budget.stamps),
+            (
+                "the sensor's own calibration",
+                "state its uncertainty in sensor.toml, or change the stand-off more while scanning",
+                budget.sensor,
+            ),
+            (
+                "the robot's accuracy",
+                "state accuracy_mm under [robot] in sensor.toml if it is better, or calibrate the robot",
+                budget.robot,
+            ),
+            ("the seam's form", "scan a straighter edge, or the same seam back again", budget.seam_form),
+            (
+                "the detector's bias with the tilt",
+                "add a pass with the sensor spun by 180° about its view",
+                budget.feature_bias.hypot(budget.detector),
+            ),
+            ("the quantities held fixed", "estimate them too, or state a smaller uncertainty", budget.held),
+            (
+                "the radius of the edge",
+                "state edge_radius_mm under [seam] in sensor.toml; it is 0 where two fitted lines cross",
+                budget.edge_radius,
+            ),
+            (
+                "the robot's lag behind its poses",
+                "record measured poses instead of commanded ones",
+                budget.pose_lag,
+            ),
+            ("the external axes", "let the axes swing while scanning", budget.axes),
         ];
-        let largest = parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(("noise", 0.0));
-        (largest.0, (largest.1 / self.rms_m).powi(2))
+        let [first, ..] = parts;
+        let (name, remedy, size_m) = parts.into_iter().max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or(first);
+        Largest { name, remedy, share: (size_m / self.rms_m).powi(2) }
     }
 
     /// Part from the scan alone: noise, stamps and the seam's form, m.
@@ -60,6 +82,20 @@ impl SeamError {
         noise.hypot(stamps).hypot(seam_form)
     }
 }
+
+/// The largest part of a seam error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Largest {
+    /// Its name.
+    pub name: &'static str,
+    /// What makes it smaller.
+    pub remedy: &'static str,
+    /// Its share of the variance.
+    pub share: f64,
+}
+
+/// What makes the noise of a scan smaller.
+const SCAN_LONGER: &str = "scan longer, with tilts of ±10° or more and more change of stand-off";
 
 /// The parts of a seam error, m.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -45,7 +45,8 @@ impl Diagnosis {
 /// Maximum number of features used.
 const FEATURES: usize = 1500;
 
-/// Examines a recording. `watch` is called before each trial. After `longest` no further mistake is tried.
+/// Examines a recording. `watch` is called before each trial. `longest` after the fit of the recording as it is
+/// no further mistake is tried.
 pub fn diagnose(
     recording: &Recording,
     config: &Config,
@@ -54,7 +55,6 @@ pub fn diagnose(
 ) -> Diagnosis {
     let span = tracing::info_span!("doctor", trials = field::Empty);
     let _stage = span.enter();
-    let budget = Budget::of(longest);
     let thin = thinned(recording, FEATURES);
     let mut steps = Steps::new(watch);
     steps.expect(CALIBRATION_COSTS);
@@ -62,6 +62,8 @@ pub fn diagnose(
     let by_noise = by_noise(config);
     let result = estimate(&thin, None, &by_noise);
     let as_recorded = Outcome::of(&result);
+    // A fit of wrong data may take longer than all mistakes.
+    let budget = Budget::of(longest);
     let certain = implausible(recording);
     let is_plausible = turns_like_a_robot(recording);
     // A few stops that fit cannot separate one mistake from another.

@@ -46,6 +46,13 @@ pub(crate) fn reordered(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(q.k, q.w, q.i, q.j))
 }
 
+/// Reorders (x, y, z, w) into (w, x, y, z).
+#[must_use]
+pub(crate) fn reordered_back(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    let q = rotation.quaternion();
+    UnitQuaternion::new_normalize(Quaternion::new(q.i, q.j, q.k, q.w))
+}
+
 /// The recording with other features and stripes. A stripe's σ scales with its length.
 pub(super) fn with_features(recording: &Recording, measured: impl Fn(Measured) -> Measured) -> Recording {
     let mut mended = recording.clone();

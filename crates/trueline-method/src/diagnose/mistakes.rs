@@ -1,8 +1,8 @@
 //! The usual mistakes in recordings, with their corrections.
 
 use crate::diagnose::mistake::{
-    Mistake, reordered, with_features, with_image_stamps, with_pixels, with_poses, with_positions,
-    with_rotations,
+    Mistake, reordered, reordered_back, with_features, with_image_stamps, with_pixels, with_poses,
+    with_positions, with_rotations,
 };
 use crate::order_statistics::median;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -47,6 +47,11 @@ pub(crate) const MISTAKES: &[Mistake] = &[
         name: "quaternion x y z w",
         says: "the quaternion's columns hold x, y, z, w; their order must be qw, qx, qy, qz",
         mend: |r| Some(with_rotations(r, |p| reordered(&p.base_from_tool.rotation))),
+    },
+    Mistake {
+        name: "quaternion w x y z",
+        says: "the quaternion's columns hold w, x, y, z, and their names say qx, qy, qz, qw",
+        mend: |r| Some(with_rotations(r, |p| reordered_back(&p.base_from_tool.rotation))),
     },
     Mistake {
         name: "inverted poses",

@@ -5,10 +5,12 @@ use crate::diagnose::estimated_mistakes::Estimated;
 use crate::diagnose::mistake::reordered;
 use crate::input::stops;
 use trueline_dataset::{Guess, Recording, RobotSample};
-use trueline_geometry::{se3, so3};
+use trueline_geometry::{Pose, se3, so3};
 
 /// Largest rotation rate of a robot's wrist, rad/s.
 const FASTEST_TURN_RAD_S: f64 = 8.0;
+/// Largest speed of a robot's tool, m/s.
+const FASTEST_M_S: f64 = 10.0;
 /// Largest shift of a tool between two samples, m …
 const JUMP_M: f64 = 0.005;
 /// … and largest rotation, rad, unless its frame was switched.
@@ -24,10 +26,19 @@ pub(super) fn turns_like_a_robot(recording: &Recording) -> bool {
 
 /// Median rotation rate of the tool, rad/s.
 fn typical_turn_rad_s(recording: &Recording) -> f64 {
+    typical_per_s(recording, |one, other| other.rotation.angle_to(&one.rotation))
+}
+
+/// Median speed of the tool, m/s.
+fn typical_speed_m_s(recording: &Recording) -> f64 {
+    typical_per_s(recording, |one, other| (other.translation.vector - one.translation.vector).norm())
+}
+
+/// Median rate of a distance between successive poses.
+fn typical_per_s(recording: &Recording, distance: impl Fn(&Pose, &Pose) -> f64) -> f64 {
     let rate = |pair: &[RobotSample]| {
         let seconds = (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9;
-        let turn_rad = pair[1].base_from_tool.rotation.angle_to(&pair[0].base_from_tool.rotation);
-        (seconds > 0.0).then(|| turn_rad / seconds)
+        (seconds > 0.0).then(|| distance(&pair[0].base_from_tool, &pair[1].base_from_tool) / seconds)
     };
     crate::order_statistics::median(recording.robot.windows(2).filter_map(rate)).unwrap_or(0.0)
 }
@@ -50,7 +61,8 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
         }
     }
     let typical = typical_turn_rad_s(recording);
-    if typical > FASTEST_TURN_RAD_S {
+    // Where the tool is too fast as well, the stamps are wrong and not the angles.
+    if typical > FASTEST_TURN_RAD_S && typical_speed_m_s(recording) <= FASTEST_M_S {
         findings.push(format!(
             "the attitude turns at {typical:.0} rad/s, faster than any robot: the quaternions were made from \
              degrees read as radians"

@@ -14,6 +14,7 @@ use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::held_off::HeldOff;
 use crate::assess::observability::Unobservable;
 use crate::assess::outliers::Outliers;
+use crate::assess::seam_error::Largest;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::Statement;
 use crate::input::skip::Skip;
@@ -188,9 +189,7 @@ pub enum Reason {
         /// Its limit, m.
         ceiling_m: f64,
         /// Largest contribution.
-        mostly: &'static str,
-        /// Share of that contribution in the variance.
-        share: f64,
+        mostly: Largest,
         /// The unit direction in the tool in which it is largest, and its size there, m.
         weakest: Option<([f64; 3], f64)>,
     },
@@ -295,8 +294,8 @@ impl fmt::Display for Reason {
             Self::ClockStep { at_s, step_s, sigma_s, pictures } => {
                 clock_step([at_s, step_s, sigma_s], pictures)
             }
-            Self::SeamErrorTooLarge { rms_m, ceiling_m, mostly, share, weakest } => {
-                seam_error_too_large([rms_m, ceiling_m], (mostly, share), weakest)
+            Self::SeamErrorTooLarge { rms_m, ceiling_m, mostly, weakest } => {
+                seam_error_too_large([rms_m, ceiling_m], mostly, weakest)
             }
             Self::RequirementMissed { quantity, sigma_si, required_si } => {
                 requirement_missed(quantity, sigma_si, required_si)

@@ -6,6 +6,7 @@ use super::warning_words::how_far_apart;
 use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::held_off::HeldOff;
 use crate::assess::outliers::Outliers;
+use crate::assess::seam_error::Largest;
 use crate::input::skip::Skip;
 use crate::stripe::outcome::{Apart, Because};
 
@@ -199,7 +200,7 @@ pub(super) fn clock_step([at_s, step_s, sigma_s]: [f64; 3], pictures: Option<u32
 
 pub(super) fn seam_error_too_large(
     [rms_m, ceiling_m]: [f64; 2],
-    (mostly, share): (&str, f64),
+    mostly: Largest,
     weakest: Option<([f64; 3], f64)>,
 ) -> String {
     let along = weakest.map_or_else(String::new, |([x, y, z], sigma_m)| {
@@ -207,11 +208,12 @@ pub(super) fn seam_error_too_large(
     });
     format!(
         "the seam error is {:.2} mm (1 σ){along}; the limit is {} mm. {:.0} % of the variance comes from \
-         {mostly}: scan longer, with tilts of ±10° or more and more change of stand-off, or state the \
-         accuracy of robot and sensor in sensor.toml",
+         {}: {}",
         rms_m * MM_PER_M,
         Significant(ceiling_m * MM_PER_M),
-        100.0 * share
+        100.0 * mostly.share,
+        mostly.name,
+        mostly.remedy
     )
 }
 

@@ -183,13 +183,11 @@ fn of_adjusted(f: &Findings, amplitudes: &Amplitudes) -> Vec<Reason> {
 }
 
 fn seam_error_too_large(ceiling_m: f64, error: &SeamError) -> Option<Reason> {
-    let (mostly, share) = error.mostly();
     let is_bad = error.rms_m > ceiling_m;
     is_bad.then_some(Reason::SeamErrorTooLarge {
         rms_m: error.rms_m,
         ceiling_m,
-        mostly,
-        share,
+        mostly: error.mostly(),
         weakest: error.weakest,
     })
 }

@@ -60,6 +60,17 @@ fn orders_and_inversions_of_the_robots_poses() {
         "x, y, z, w",
     );
     assert_named(
+        |r| {
+            for s in &mut r.robot {
+                let q = *s.base_from_tool.rotation.quaternion();
+                // Written w, x, y, z; read as x, y, z, w.
+                s.base_from_tool.rotation =
+                    UnitQuaternion::new_normalize(Quaternion::new(q.k, q.w, q.i, q.j));
+            }
+        },
+        "their names say qx, qy, qz, qw",
+    );
+    assert_named(
         |r| r.robot.iter_mut().for_each(|s| s.base_from_tool = s.base_from_tool.inverse()),
         "tool_from_base: invert",
     );
@@ -296,6 +307,15 @@ fn order_of_the_distortion() {
     camera.distortion = BrownConrady { p1: strong.k3, p2: strong.p1, k3: strong.p2, ..strong };
     let found = examined(&recording);
     assert!(found.findings.first().is_some_and(|f| f.contains("distortion")), "{found:#?}");
+}
+
+#[test]
+fn stamps_of_another_unit_say_nothing_about_the_angles() {
+    let mut recording = good();
+    recording.robot.iter_mut().for_each(|sample| sample.stamp_ns /= 1000);
+    let found = examined(&recording);
+    assert!(found.findings.first().is_some_and(|first| first.contains("they are seconds")), "{found:#?}");
+    assert!(!found.findings.iter().any(|finding| finding.contains("radians")), "{found:#?}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::export::format::{Format, Group};
 use crate::export::mounting::Mounting;
 use crate::export::number::{m, unit, wxyz};
+use crate::markup::escape;
 use trueline_geometry::euler::XYZ_FIXED;
 
 /// A fixed joint.
@@ -28,8 +29,8 @@ pub(crate) const XACRO: Format = Format {
             "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n\
              <xacro:macro name=\"{child}_mount\" params=\"parent:={parent}\">\n<link name=\"{child}\"/>\n{}\n</xacro:macro>\n</robot>",
             joint(mounting, "${parent}", &mounting.child),
-            child = mounting.child,
-            parent = mounting.parent,
+            child = escape(&mounting.child),
+            parent = escape(&mounting.parent),
         ))
     },
 };
@@ -83,12 +84,12 @@ pub(crate) const EASY_HANDEYE2: Format = Format {
 };
 
 fn joint(mounting: &Mounting, parent: &str, child: &str) -> String {
+    let [parent, child, name] = [parent, child, mounting.child.as_str()].map(escape);
     let t = mounting.tool_from_sensor.translation.vector;
     let [roll, pitch, yaw] = XYZ_FIXED.angles(&mounting.tool_from_sensor.rotation).map(unit);
     format!(
-        "<joint name=\"{}_joint\" type=\"fixed\">\n  <parent link=\"{parent}\"/>\n  <child link=\"{child}\"/>\n  \
+        "<joint name=\"{name}_joint\" type=\"fixed\">\n  <parent link=\"{parent}\"/>\n  <child link=\"{child}\"/>\n  \
          <origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>\n</joint>",
-        mounting.child,
         m(t.x),
         m(t.y),
         m(t.z)

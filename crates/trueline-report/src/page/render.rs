@@ -1,6 +1,7 @@
 //! Page → one HTML file with its style, its charting library and its data inside.
 
 use super::{Block, Card, Chart, Form, Page, Section, Table, Tone};
+use crate::markup::escape;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
@@ -240,8 +241,4 @@ fn hash(script: &str) -> String {
 /// JSON inside a script element: no text of the data may end it.
 fn in_script(value: &Value) -> String {
     value.to_string().replace('<', "\\u003c")
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -47,8 +47,7 @@ impl fmt::Display for ScanSeams {
                 if is_doubtful { ": check in the pictures that these gaps are the joint" } else { "" };
             writeln!(
                 f,
-                "Next picture     {distance_px:.0} px between seam points of successive pictures \
-                (median){doubt}"
+                "Next picture     {distance_px:.2} px off the motion of the pictures beside it (median){doubt}"
             )?;
         }
         for fault in &self.faults {
